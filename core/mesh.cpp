@@ -1,0 +1,160 @@
+#include "pavel/core/mesh.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include "pavel/core/error.h"
+
+namespace pavel {
+
+Bounds meshBounds(const TriangleMesh& mesh) {
+    Bounds b;
+    for (const Vec3& p : mesh.points) b.add(p);
+    return b;
+}
+
+double triangleArea(const Vec3& a, const Vec3& b, const Vec3& c) { return 0.5 * length(cross(b - a, c - a)); }
+
+double meshArea(const TriangleMesh& mesh) {
+    double sum = 0;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+        sum += triangleArea(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+    return sum;
+}
+
+double meshVolume(const TriangleMesh& mesh) {
+    if (mesh.points.empty()) return 0;
+    const Vec3 o = mesh.points[0];  // near origin: less cancellation
+    double sum = 0;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+        sum += dot(mesh.corner(t, 0) - o, cross(mesh.corner(t, 1) - o, mesh.corner(t, 2) - o));
+    return sum / 6;
+}
+
+Vec3 triangleNormal(const TriangleMesh& mesh, size_t t) {
+    return normalized(cross(mesh.corner(t, 1) - mesh.corner(t, 0), mesh.corner(t, 2) - mesh.corner(t, 0)));
+}
+
+std::vector<Vec3> vertexNormals(const TriangleMesh& mesh) {
+    std::vector<Vec3> normals(mesh.points.size(), Vec3(0, 0, 0));
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3 n = triangleNormal(mesh, t);
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 p = mesh.corner(t, k);
+            const Vec3 u = normalized(mesh.corner(t, (k + 1) % 3) - p), v = normalized(mesh.corner(t, (k + 2) % 3) - p);
+            normals[size_t(mesh.triangles[t][size_t(k)])] += std::acos(std::clamp(dot(u, v), -1.0, 1.0)) * n;
+        }
+    }
+    for (Vec3& n : normals) n = normalized(n);
+    return normals;
+}
+
+std::vector<std::array<int, 3>> triangleNeighbours(const TriangleMesh& mesh) {
+    struct HalfEdge {
+        int lo, hi, triangle, side;
+    };
+    std::vector<HalfEdge> edges;
+    edges.reserve(3 * mesh.triangles.size());
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        for (int k = 0; k < 3; ++k) {
+            const int a = mesh.triangles[t][size_t(k)], b = mesh.triangles[t][size_t((k + 1) % 3)];
+            edges.push_back({std::min(a, b), std::max(a, b), int(t), k});
+        }
+    }
+    std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
+        return std::tie(a.lo, a.hi, a.triangle, a.side) < std::tie(b.lo, b.hi, b.triangle, b.side);
+    });
+    std::vector<std::array<int, 3>> result(mesh.triangles.size(), {-1, -1, -1});
+    for (size_t i = 0; i < edges.size();) {
+        size_t j = i + 1;
+        while (j < edges.size() && edges[j].lo == edges[i].lo && edges[j].hi == edges[i].hi) ++j;
+        if (j - i == 2) {
+            result[size_t(edges[i].triangle)][size_t(edges[i].side)] = edges[i + 1].triangle;
+            result[size_t(edges[i + 1].triangle)][size_t(edges[i + 1].side)] = edges[i].triangle;
+        }
+        i = j;
+    }
+    return result;
+}
+
+void append(TriangleMesh& a, const TriangleMesh& b) {
+    const int shift = int(a.points.size());
+    const bool keepGroups = a.triangles.empty() || (!a.groups.empty() && a.groupNames == b.groupNames);
+    if (keepGroups) {
+        a.groupNames = b.groupNames;
+        a.groups.insert(a.groups.end(), b.groups.begin(), b.groups.end());
+    } else {
+        a.groups.clear();
+        a.groupNames.clear();
+    }
+    a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+    a.triangles.reserve(a.triangles.size() + b.triangles.size());
+    for (const Triangle& t : b.triangles) a.triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
+}
+
+void scaleMesh(TriangleMesh& mesh, double factor) {
+    for (Vec3& p : mesh.points) p *= factor;
+}
+
+size_t removeUnusedVertices(TriangleMesh& mesh) {
+    std::vector<int> next(mesh.points.size(), -1);
+    for (const Triangle& t : mesh.triangles)
+        for (int v : t) next[size_t(v)] = 0;
+    std::vector<Vec3> points;
+    for (size_t i = 0; i < next.size(); ++i) {
+        if (next[i] < 0) continue;
+        next[i] = int(points.size());
+        points.push_back(mesh.points[i]);
+    }
+    const size_t removed = mesh.points.size() - points.size();
+    mesh.points = std::move(points);
+    for (Triangle& t : mesh.triangles)
+        for (int& v : t) v = next[size_t(v)];
+    return removed;
+}
+
+TriangleMesh groupSubmesh(const TriangleMesh& mesh, const std::string& group) {
+    const auto found = std::find(mesh.groupNames.begin(), mesh.groupNames.end(), group);
+    if (found == mesh.groupNames.end()) {
+        std::string names;
+        for (const std::string& n : mesh.groupNames) names += (names.empty() ? "" : ", ") + n;
+        throw InputError("the base has no part named \"" + group + "\"" +
+                         (names.empty() ? "; use \"all\"" : "; its parts are: all, " + names));
+    }
+    const int index = int(found - mesh.groupNames.begin());
+    TriangleMesh part;
+    part.points = mesh.points;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+        if (mesh.groups[t] == index) part.triangles.push_back(mesh.triangles[t]);
+    removeUnusedVertices(part);
+    return part;
+}
+
+Vec3 closestPointOnTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c, Vec3* weights) {
+    const auto answer = [&](double wa, double wb, double wc) {
+        if (weights) *weights = Vec3(wa, wb, wc);
+        return wa * a + wb * b + wc * c;
+    };
+    const Vec3 ab = b - a, ac = c - a, ap = p - a;
+    const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+    if (d1 <= 0 && d2 <= 0) return answer(1, 0, 0);
+    const Vec3 bp = p - b;
+    const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+    if (d3 >= 0 && d4 <= d3) return answer(0, 1, 0);
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return answer(1 - d1 / (d1 - d3), d1 / (d1 - d3), 0);
+    const Vec3 cp = p - c;
+    const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+    if (d6 >= 0 && d5 <= d6) return answer(0, 0, 1);
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return answer(1 - d2 / (d2 - d6), 0, d2 / (d2 - d6));
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+        const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return answer(0, 1 - w, w);
+    }
+    const double sum = va + vb + vc;
+    return answer(va / sum, vb / sum, vc / sum);
+}
+
+}  // namespace pavel

@@ -1,0 +1,48 @@
+#pragma once
+// Seeds and placed elements: what seeding hands to packing.
+#include <string>
+#include <vector>
+
+#include "pavel/core/frame.h"
+#include "pavel/core/mesh.h"
+
+namespace pavel {
+
+/// A decorative element as loaded: a closed solid in its own frame (origin on the surface, +z the surface's normal, +x
+/// the main direction), in scene units.
+struct ElementKind {
+    std::string name;
+    TriangleMesh mesh;
+    double weight = 1;
+    double sink = 0;       ///< depth of the origin below the surface
+    double footprint = 0;  ///< area of the projection along +z
+    double diagonal = 0;   ///< of the bounding box: the unit of the material's a and b
+    Vec3 color{0.8, 0.8, 0.8};  ///< sRGB in [0, 1]
+};
+
+/// A place on the surface and what stands there. World frame, scene units.
+struct Seed {
+    int id = 0;  ///< 1..n, the element's id everywhere
+    Vec3 position, normal{0, 0, 1};
+    Vec3 tangent{1, 0, 0};  ///< unit; the field's direction before `rotation`
+    double rotation = 0;    ///< degrees about the normal
+    double scale = 1;
+    int kind = 0;
+};
+
+struct SeedSet {
+    std::vector<Seed> seeds;
+    std::string method;
+    double decoratedArea = 0;
+    double coverage = 0;  ///< sum of the placed footprints / decorated area
+};
+
+struct PlacedElement {
+    int id = 0;
+    int kind = 0;
+    Frame worldFromElement;
+};
+
+std::vector<PlacedElement> placeElements(const std::vector<Seed>& seeds, const std::vector<ElementKind>& kinds);
+
+}  // namespace pavel

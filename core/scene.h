@@ -1,0 +1,90 @@
+#pragma once
+// What a run is asked to do: plain options, one struct per section of the scene file. Lengths in the scene's units,
+// angles in degrees. Reading and writing: io/scene_json.h.
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pavel/core/shapes.h"
+
+namespace pavel {
+
+struct BaseOptions {
+    std::string mesh;   ///< path, or
+    std::string shape;  ///< name of a built-in
+    ShapeParameters parameters;
+    std::optional<double> scaleTo;  ///< length of the longest side
+    bool fillHoles = false;
+    double thicken = 0;
+};
+
+struct ElementOptions {
+    std::string name;
+    std::string mesh;
+    std::string shape;
+    ShapeParameters parameters;
+    double scale = 1;
+    std::string up = "z";  ///< axis of a mesh that points away from the surface: x y z -x -y -z
+    double weight = 1;
+    std::string color;     ///< #rrggbb; empty: one of the built-in palette
+    double sink = 0;
+    std::optional<double> a, b;
+};
+
+struct PlacementOptions {
+    Vec3 position{0, 0, 0};
+    std::optional<Vec3> normal, tangent;
+    double rotation = 0, scale = 1;
+    std::string element;  ///< empty: the first kind
+};
+
+struct SeedingOptions {
+    std::string method = "cvt";  ///< cvt | manual
+    std::optional<double> coverage;
+    std::optional<size_t> count;
+    int iterations = 100;
+    std::string region;  ///< empty: "outer" where the base has such a part, else "all"
+    bool snap = true;
+    std::vector<PlacementOptions> placements;
+    std::string file;
+};
+
+struct OrientationOptions {
+    std::string rotation = "random";  ///< random | fixed
+    double angle = 0, jitter = 0;
+};
+
+struct MaterialOptions {
+    double a = 0.1, b = 0.3;
+};
+
+struct OutputOptions {
+    bool vdb = true, fog = false, half = false;
+    bool separate = false;  ///< "elements": "separate"
+    std::vector<std::string> mesh{"glb"};
+    bool withBase = true, preview = true;
+};
+
+struct Scene {
+    std::string units = "mm";
+    std::optional<double> voxelSize, resolution;
+    uint64_t seed = 1;
+    BaseOptions base;
+    std::vector<ElementOptions> elements;
+    SeedingOptions seeding;
+    OrientationOptions orientation;
+    double sizeVariation = 0;
+    MaterialOptions material;
+    OutputOptions output;
+    std::string folder = ".";  ///< paths in the scene resolve against it
+};
+
+/// Length of one scene unit in metres. Throws InputError for an unknown unit.
+double metresPerUnit(const std::string& units);
+
+/// Checks values against each other and their ranges; what a single key's type says is checked on reading.
+/// @throws InputError naming the key and the mend
+void validate(const Scene& scene);
+
+}  // namespace pavel

@@ -1,0 +1,19 @@
+#pragma once
+// Pictures of meshes, headless: a z-buffer with a shadow map, ambient occlusion from the depths, and supersampling.
+#include <string>
+#include <vector>
+
+#include "pavel/io/mesh_write.h"
+
+namespace pavel {
+
+struct View {
+    int width = 1200, height = 1000;
+    double azimuthDegrees = -60, elevationDegrees = 18;  ///< of the camera, seen from the middle of the bounds; z up
+    double zoom = 1;
+};
+
+/// @throws RunError where the file cannot be written
+void renderPng(const std::string& path, const std::vector<MeshObject>& objects, const View& view = {});
+
+}  // namespace pavel

@@ -1,0 +1,356 @@
+#include "pavel/io/scene_json.h"
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "pavel/io/json_reader.h"
+
+namespace pavel {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ordered = nlohmann::ordered_json;
+
+std::string slurp(const std::string& path) {
+    std::error_code error;
+    if (fs::is_directory(path, error)) throw InputError(path + ": is a folder; name a file");
+    std::ifstream file(path, std::ios::binary);
+    if (!file) throw InputError(path + ": cannot be read; is the path right?");
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+json parseJson(const std::string& text, const std::string& name) {
+    try {
+        return json::parse(text, nullptr, true, true);
+    } catch (const json::parse_error& e) {
+        const std::string what = e.what();
+        const size_t line = 1 + size_t(std::count(text.begin(), text.begin() + long(std::min(e.byte, text.size())), '\n'));
+        throw InputError(name + ", line " + std::to_string(line) + ": not valid JSON (" + what.substr(what.find("] ") + 2) + ")");
+    }
+}
+
+void applyOverride(json& root, const std::string& text) {
+    const size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0) throw InputError("--set " + text + ": write key.path=value");
+    const std::string path = text.substr(0, equals), value = text.substr(equals + 1);
+    json* at = &root;
+    json* parent = nullptr;
+    std::stringstream keys(path);
+    std::string key;
+    while (std::getline(keys, key, '.')) {
+        const bool number = !key.empty() && key.find_first_not_of("0123456789") == std::string::npos;
+        if (at->is_array() && number) {
+            const size_t i = std::stoul(key);
+            if (i >= at->size()) throw InputError("--set " + path + ": there are only " + std::to_string(at->size()) + " entries");
+            at = &(*at)[i];
+        } else {
+            parent = at;
+            if (at->is_null()) *at = json::object();
+            if (!at->is_object()) throw InputError("--set " + path + ": \"" + key + "\" lies below a value that holds no keys");
+            at = &(*at)[key];
+        }
+    }
+    if (value == "null" && parent) parent->erase(key);
+    else *at = json::accept(value) ? json::parse(value) : json(value);
+}
+
+/// Keys of a shape's parameters; unknown ones are errors of the caller's reader.
+void readShape(JsonReader& r, std::string& shape, ShapeParameters& parameters, bool base) {
+    r.get("shape", shape);
+    if (shape.empty()) return;
+    const ShapeInfo* info = findShape(shape);
+    std::vector<std::string> names;
+    for (const ShapeInfo& s : builtinShapes())
+        if (s.isBase == base) names.push_back(s.name);
+    if (!info || info->isBase != base) {
+        std::string list;
+        for (const std::string& n : names) list += (list.empty() ? "" : ", ") + n;
+        throw InputError(r.at("shape") + ": there is no built-in " + (base ? "base" : "element") + " \"" + shape + "\"" + didYouMean(shape, names) + "; there are " + list);
+    }
+    for (const ShapeParameter& p : info->parameters) {
+        std::optional<double> v;
+        r.get(p.name, v);
+        if (v) parameters[p.name] = *v;
+    }
+    makeShape(shape, parameters);  // checks the ranges
+}
+
+ElementOptions readElement(const json& j, const std::string& path) {
+    JsonReader r(j, path);
+    ElementOptions e;
+    readShape(r, e.shape, e.parameters, false);
+    r.get("mesh", e.mesh);
+    e.name = !e.shape.empty() ? e.shape : fs::path(e.mesh).stem().string();
+    r.get("name", e.name);
+    r.get("scale", e.scale);
+    r.get("up", e.up);
+    r.get("weight", e.weight);
+    r.get("color", e.color);
+    if (!e.color.empty() && (e.color.size() != 7 || e.color[0] != '#' || e.color.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos))
+        throw InputError(path + ".color: write it as \"#rrggbb\"");
+    r.get("sink", e.sink);
+    r.notYet("stiffness", 1);
+    if (const json* m = r.find("material")) {
+        JsonReader material(*m, path + ".material");
+        material.get("a", e.a);
+        material.get("b", e.b);
+        material.finish();
+    }
+    r.finish();
+    return e;
+}
+
+PlacementOptions readPlacement(const json& j, const std::string& path) {
+    JsonReader r(j, path);
+    PlacementOptions p;
+    if (!r.has("position")) throw InputError(path + ".position: is missing");
+    r.get("position", p.position);
+    r.get("normal", p.normal);
+    r.get("tangent", p.tangent);
+    r.get("rotation", p.rotation);
+    r.get("scale", p.scale);
+    r.get("element", p.element);
+    for (const char* key : {"id", "links", "stripe"}) r.find(key);  // what a written seeds.json says besides
+    r.finish();
+    return p;
+}
+
+SeedingOptions readSeeding(const json& j) {
+    if (j.is_array()) throw InputError("seeding: a list of seedings is not available yet; give one");
+    JsonReader r(j, "seeding");
+    SeedingOptions s;
+    r.choice("method", s.method, {"cvt", "manual"}, {"stripes"});
+    r.get("coverage", s.coverage);
+    r.get("count", s.count);
+    r.get("iterations", s.iterations);
+    r.notYet("offset", 0);
+    if (const json* region = r.find("region")) {
+        if (!region->is_string()) throw InputError("seeding.region: regions by box, sphere, height, group or mask are not available yet; use \"all\" or a part's name");
+        s.region = region->get<std::string>();
+    }
+    r.get("snap", s.snap);
+    r.get("file", s.file);
+    if (const json* list = r.find("placements")) {
+        if (!list->is_array()) throw InputError("seeding.placements: must be a list");
+        for (size_t i = 0; i < list->size(); ++i) s.placements.push_back(readPlacement((*list)[i], "seeding.placements[" + std::to_string(i) + "]"));
+    }
+    for (const char* key : {"spacing", "angle", "field", "elements"})
+        if (r.find(key)) throw InputError(std::string("seeding.") + key + ": is not available yet");
+    r.finish();
+    return s;
+}
+
+OutputOptions readOutput(const json& j) {
+    JsonReader r(j, "output");
+    OutputOptions o;
+    r.get("vdb", o.vdb);
+    r.get("fog", o.fog);
+    r.get("half", o.half);
+    std::string elements = "merged";
+    r.choice("elements", elements, {"merged", "separate"});
+    o.separate = elements == "separate";
+    if (const json* list = r.find("mesh")) {
+        if (!list->is_array()) throw InputError("output.mesh: must be a list, such as [\"glb\", \"ply\"]");
+        o.mesh.clear();
+        for (const json& f : *list) {
+            const std::string format = JsonReader::as<std::string>(f, "output.mesh");
+            if (format == "3mf") throw InputError("output.mesh: \"3mf\" is not available yet");
+            if (format != "glb" && format != "ply" && format != "obj" && format != "stl")
+                throw InputError("output.mesh: \"" + format + "\" is unknown; use glb, ply, obj, stl");
+            o.mesh.push_back(format);
+        }
+    }
+    if (r.find("remesh")) throw InputError("output.remesh: is not available yet");
+    r.get("with_base", o.withBase);
+    r.get("preview", o.preview);
+    r.finish();
+    return o;
+}
+
+ordered parametersJson(const std::string& shape, const ShapeParameters& given) {
+    ordered j;
+    j["shape"] = shape;
+    for (const ShapeParameter& p : findShape(shape)->parameters) j[p.name] = given.count(p.name) ? given.at(p.name) : p.value;
+    return j;
+}
+
+ordered vectorJson(const Vec3& v) { return ordered::array({v[0], v[1], v[2]}); }
+
+/// A path that works from `folder`.
+std::string pathFrom(const std::string& path, const Scene& scene, const std::string& folder) {
+    if (fs::path(path).is_absolute()) return path;
+    return fs::proximate(fs::absolute(fs::path(scene.folder) / path), fs::absolute(folder)).string();
+}
+
+}  // namespace
+
+Scene parseScene(const std::string& text, const std::string& name, const std::string& folder, const std::vector<std::string>& overrides) {
+    json root = parseJson(text, name);
+    for (const std::string& o : overrides) applyOverride(root, o);
+    Scene s;
+    s.folder = folder;
+    try {
+        JsonReader r(root, "");
+        r.get("units", s.units);
+        r.get("voxel_size", s.voxelSize);
+        r.get("resolution", s.resolution);
+        r.get("seed", s.seed);
+        if (const json* j = r.find("base")) {
+            JsonReader b(*j, "base");
+            b.get("mesh", s.base.mesh);
+            readShape(b, s.base.shape, s.base.parameters, true);
+            b.get("scale_to", s.base.scaleTo);
+            b.get("fill_holes", s.base.fillHoles);
+            b.get("thicken", s.base.thicken);
+            b.finish();
+        }
+        if (const json* j = r.find("elements")) {
+            if (!j->is_array()) throw InputError("elements: must be a list");
+            for (size_t i = 0; i < j->size(); ++i) s.elements.push_back(readElement((*j)[i], "elements[" + std::to_string(i) + "]"));
+        }
+        if (const json* j = r.find("seeding")) s.seeding = readSeeding(*j);
+        if (const json* j = r.find("orientation")) {
+            JsonReader o(*j, "orientation");
+            o.choice("rotation", s.orientation.rotation, {"random", "fixed"}, {"field", "alternate"});
+            o.get("angle", s.orientation.angle);
+            o.get("jitter", s.orientation.jitter);
+            o.finish();
+        }
+        r.notYet("assignment", "random");
+        if (const json* j = r.find("variation")) {
+            JsonReader v(*j, "variation");
+            v.get("size", s.sizeVariation);
+            v.finish();
+        }
+        if (const json* j = r.find("refine")) {
+            JsonReader v(*j, "refine");
+            v.notYet("iterations", 0);
+            v.finish();
+        }
+        if (const json* j = r.find("material")) {
+            JsonReader m(*j, "material");
+            m.get("a", s.material.a);
+            m.get("b", s.material.b);
+            m.notYet("contact", "center");
+            m.notYet("gap", 0);
+            m.notYet("base_loss", "recover");
+            m.finish();
+        }
+        if (const json* j = r.find("output")) s.output = readOutput(*j);
+        if (r.find("shell")) throw InputError("shell: is not available yet");
+        r.finish();
+        validate(s);
+    } catch (const InputError& e) {
+        throw InputError(name + ": " + e.what());
+    } catch (const json::exception& e) {
+        throw InputError(name + ": " + e.what());
+    }
+    return s;
+}
+
+Scene readScene(const std::string& path, const std::vector<std::string>& overrides) {
+    const fs::path folder = fs::path(path).parent_path();
+    return parseScene(slurp(path), path, folder.empty() ? "." : folder.string(), overrides);
+}
+
+std::string sceneJson(const Scene& s, const std::string& folder) {
+    ordered root;
+    root["units"] = s.units;
+    if (s.voxelSize) root["voxel_size"] = *s.voxelSize;
+    else root["resolution"] = *s.resolution;
+    root["seed"] = s.seed;
+    ordered base = s.base.shape.empty() ? ordered{{"mesh", pathFrom(s.base.mesh, s, folder)}} : parametersJson(s.base.shape, s.base.parameters);
+    if (s.base.scaleTo) base["scale_to"] = *s.base.scaleTo;
+    base["fill_holes"] = s.base.fillHoles;
+    base["thicken"] = s.base.thicken;
+    root["base"] = base;
+    root["elements"] = ordered::array();
+    for (const ElementOptions& e : s.elements) {
+        ordered j{{"name", e.name}};
+        j.update(e.shape.empty() ? ordered{{"mesh", pathFrom(e.mesh, s, folder)}, {"up", e.up}} : parametersJson(e.shape, e.parameters));
+        j["scale"] = e.scale;
+        j["weight"] = e.weight;
+        if (!e.color.empty()) j["color"] = e.color;
+        j["stiffness"] = 1;
+        j["sink"] = e.sink;
+        j["material"] = {{"a", e.a.value_or(s.material.a)}, {"b", e.b.value_or(s.material.b)}};
+        root["elements"].push_back(j);
+    }
+    ordered seeding{{"method", s.seeding.method}};
+    if (s.seeding.method == "cvt") {
+        if (s.seeding.coverage) seeding["coverage"] = *s.seeding.coverage;
+        else seeding["count"] = *s.seeding.count;
+        seeding["iterations"] = s.seeding.iterations;
+        seeding["offset"] = 0;
+    } else {
+        seeding["snap"] = s.seeding.snap;
+        if (!s.seeding.file.empty()) seeding["file"] = pathFrom(s.seeding.file, s, folder);
+        for (const PlacementOptions& p : s.seeding.placements) {
+            ordered j{{"position", vectorJson(p.position)}};
+            if (p.normal) j["normal"] = vectorJson(*p.normal);
+            if (p.tangent) j["tangent"] = vectorJson(*p.tangent);
+            j["rotation"] = p.rotation;
+            j["scale"] = p.scale;
+            if (!p.element.empty()) j["element"] = p.element;
+            seeding["placements"].push_back(j);
+        }
+    }
+    if (!s.seeding.region.empty()) seeding["region"] = s.seeding.region;
+    root["seeding"] = seeding;
+    root["orientation"] = {{"rotation", s.orientation.rotation}, {"angle", s.orientation.angle}, {"jitter", s.orientation.jitter}};
+    root["assignment"] = "random";
+    root["variation"] = {{"size", s.sizeVariation}};
+    root["refine"] = {{"iterations", 0}};
+    root["material"] = {{"a", s.material.a}, {"b", s.material.b}, {"contact", "center"}, {"gap", 0}, {"base_loss", "recover"}};
+    root["output"] = {{"vdb", s.output.vdb}, {"fog", s.output.fog}, {"half", s.output.half}, {"elements", s.output.separate ? "separate" : "merged"},
+                      {"mesh", s.output.mesh}, {"with_base", s.output.withBase}, {"preview", s.output.preview}};
+    return root.dump(2) + "\n";
+}
+
+std::string sceneDigest(const Scene& scene) {
+    const std::string text = sceneJson(scene, scene.folder);
+    // FNV-1a over two seeds: a name, not a proof.
+    uint64_t hash[2] = {14695981039346656037ull, 1099511628211ull * 31};
+    for (unsigned char c : text)
+        for (uint64_t& h : hash) h = (h ^ c) * 1099511628211ull;
+    char digits[33];
+    std::snprintf(digits, sizeof digits, "%016llx%016llx", (unsigned long long)hash[0], (unsigned long long)hash[1]);
+    return digits;
+}
+
+std::string seedsJson(const SeedSet& set, const std::vector<ElementKind>& kinds, const std::string& units) {
+    ordered root{{"units", units}, {"method", set.method}, {"decorated_area", set.decoratedArea}, {"coverage", set.coverage}};
+    root["seeds"] = ordered::array();
+    for (const Seed& s : set.seeds)
+        root["seeds"].push_back({{"id", s.id}, {"position", vectorJson(s.position)}, {"normal", vectorJson(s.normal)}, {"tangent", vectorJson(s.tangent)},
+                                 {"rotation", s.rotation}, {"scale", s.scale}, {"element", kinds[size_t(s.kind)].name}});
+    return root.dump(1) + "\n";
+}
+
+std::vector<PlacementOptions> readSeeds(const std::string& path, const std::string& units) {
+    const json root = parseJson(slurp(path), path);
+    std::vector<PlacementOptions> result;
+    try {
+        JsonReader r(root, "");
+        std::string own = units;
+        r.get("units", own);
+        const double factor = metresPerUnit(own) / metresPerUnit(units);
+        for (const char* key : {"method", "spacing", "decorated_area", "coverage"}) r.find(key);
+        const json* seeds = r.find("seeds");
+        if (!seeds || !seeds->is_array()) throw InputError("seeds: a list is missing");
+        for (size_t i = 0; i < seeds->size(); ++i) {
+            result.push_back(readPlacement((*seeds)[i], "seeds[" + std::to_string(i) + "]"));
+            result.back().position *= factor;
+        }
+        r.finish();
+    } catch (const InputError& e) {
+        throw InputError(path + ": " + e.what());
+    }
+    return result;
+}
+
+}  // namespace pavel

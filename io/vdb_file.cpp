@@ -1,0 +1,149 @@
+#include "pavel/io/vdb_file.h"
+
+#include <openvdb/tools/LevelSetUtil.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "pavel/core/error.h"
+#include "pavel/vdb/level_set_mesh.h"
+#include "pavel/vdb/packed_grids.h"
+
+namespace pavel {
+namespace {
+
+using openvdb::FloatGrid;
+
+/// Scales voxels to scene units and sets what other programs look for.
+FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Packing& packing, const VdbOptions& options) {
+    const float h = float(packing.voxelSize);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(packing.voxelSize));
+    openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid->tree());
+    leaves.foreach([h](openvdb::FloatTree::LeafNodeType& leaf, size_t) {
+        float* values = leaf.buffer().data();
+        for (openvdb::Index v = 0; v < openvdb::FloatTree::LeafNodeType::SIZE; ++v) values[v] *= h;
+    });
+    // Flood filling with the scaled background renews the tiles.
+    grid->tree().root().setBackground(grid->background() * h, false);
+    openvdb::tools::signedFloodFill(grid->tree());
+    grid->setName(name);
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    grid->setSaveFloatAsHalf(options.half);
+    grid->setCreator("Pavel " + std::string(version()));
+    return grid;
+}
+
+void writeGrids(const std::string& path, const openvdb::GridPtrVec& grids, const VdbOptions& options) {
+    openvdb::MetaMap meta;
+    meta.insertMeta("program", openvdb::StringMetadata("Pavel"));
+    meta.insertMeta("version", openvdb::StringMetadata(version()));
+    meta.insertMeta("units", openvdb::StringMetadata(options.units));
+    meta.insertMeta("scene_digest", openvdb::StringMetadata(options.digest));
+    try {
+        openvdb::io::File file(path);
+        file.setCompression(openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK);
+        file.write(grids, meta);
+        file.close();
+    } catch (const std::exception& e) {
+        throw RunError(path + ": writing failed (" + e.what() + ")");
+    }
+    // OpenVDB writes a random UUID at byte 21; readers want its 8-4-4-4-12 form.
+    const std::string d = options.digest;
+    const std::string uuid = d.substr(0, 8) + "-" + d.substr(8, 4) + "-" + d.substr(12, 4) + "-" + d.substr(16, 4) + "-" + d.substr(20, 12);
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(21);
+    file.write(uuid.data(), std::streamsize(uuid.size()));
+    file.flush();
+    if (!file) throw RunError(path + ": writing failed");
+}
+
+FloatGrid::Ptr copyOf(const openvdb::FloatTree& tree) {
+    auto grid = FloatGrid::create(std::make_shared<openvdb::FloatTree>(tree));
+    return grid;
+}
+
+openvdb::GridPtrVecPtr readGrids(const std::string& path) {
+    openvdb::initialize();
+    if (!std::filesystem::exists(path)) throw InputError(path + ": no such file");
+    try {
+        openvdb::io::File file(path);
+        file.open(false);
+        return file.getGrids();
+    } catch (const std::exception& e) {
+        throw InputError(path + ": is not a readable .vdb file (" + e.what() + ")");
+    }
+}
+
+}  // namespace
+
+void writeDecorationVdb(const std::string& path, const Packing& packing, const VdbOptions& options) {
+    openvdb::GridPtrVec grids;
+    grids.push_back(finished(copyOf(*packing.grids->surface), "surface", packing, options));
+    grids.push_back(finished(copyOf(*packing.grids->base), "base", packing, options));
+    if (options.fog) {
+        auto fog = finished(copyOf(*packing.grids->surface), "density", packing, options);
+        openvdb::tools::sdfToFogVolume(*fog);
+        grids.push_back(fog);
+    }
+    writeGrids(path, grids, options);
+}
+
+void writeElementIdVdb(const std::string& path, const Packing& packing, const VdbOptions& options) {
+    auto grid = openvdb::Int32Grid::create(packing.grids->ids);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(packing.voxelSize));
+    grid->setName("element_id");
+    grid->setCreator("Pavel " + std::string(version()));
+    writeGrids(path, {grid}, options);
+}
+
+void writeElementsVdb(const std::string& path, const Packing& packing, const std::vector<std::string>& kindOfElement, const VdbOptions& options) {
+    openvdb::GridPtrVec grids;
+    for (size_t i = 0; i < packing.grids->elements.size(); ++i) {
+        if (!packing.grids->elements[i]) continue;
+        char name[32];
+        std::snprintf(name, sizeof name, "element_%05zu", i + 1);
+        auto grid = finished(toFloatGrid(*packing.grids->elements[i]), name, packing, options);
+        grid->insertMeta("id", openvdb::Int32Metadata(int(i) + 1));
+        grid->insertMeta("kind", openvdb::StringMetadata(kindOfElement[i]));
+        grid->insertMeta("volume", openvdb::DoubleMetadata(packing.elements[i].finalVolume));
+        grids.push_back(grid);
+    }
+    writeGrids(path, grids, options);
+}
+
+TriangleMesh readVdbSurface(const std::string& path) {
+    TriangleMesh all;
+    const auto grids = readGrids(path);
+    bool hasSurface = false;
+    for (const auto& g : *grids) hasSurface |= g->getName() == "surface";
+    for (const auto& g : *grids) {
+        const auto f = openvdb::gridPtrCast<FloatGrid>(g);
+        if (!f || f->getGridClass() != openvdb::GRID_LEVEL_SET) continue;
+        if (hasSurface && g->getName() != "surface" && g->getName() != "base") continue;
+        append(all, levelSetMesh(*f, f->voxelSize()[0]));
+    }
+    if (all.triangles.empty()) throw InputError(path + ": holds no level set to show");
+    return all;
+}
+
+std::vector<VdbGridInfo> vdbInfo(const std::string& path) {
+    std::vector<VdbGridInfo> infos;
+    for (const auto& g : *readGrids(path)) {
+        VdbGridInfo i;
+        i.name = g->getName();
+        i.type = g->valueType();
+        i.gridClass = openvdb::GridBase::gridClassToString(g->getGridClass());
+        i.voxelSize = g->voxelSize()[0];
+        i.activeVoxels = g->activeVoxelCount();
+        i.bytes = g->memUsage();
+        const CoordBBox box = g->evalActiveVoxelBoundingBox();
+        if (!box.empty()) {
+            i.bounds.add(fromVdb(g->indexToWorld(box.min())));
+            i.bounds.add(fromVdb(g->indexToWorld(box.max())));
+        }
+        infos.push_back(i);
+    }
+    return infos;
+}
+
+}  // namespace pavel

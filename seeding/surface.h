@@ -1,0 +1,49 @@
+#pragma once
+// Closest points, normals and random points on a triangle surface.
+#include <memory>
+#include <vector>
+
+#include "pavel/core/mesh.h"
+#include "pavel/core/rng.h"
+
+namespace pavel {
+
+struct SurfacePoint {
+    Vec3 position;
+    int triangle = -1;
+    Vec3 normal{0, 0, 1};  ///< interpolated vertex normal
+    double distance = 0;   ///< from the query point
+};
+
+class Surface {
+  public:
+    explicit Surface(TriangleMesh mesh);
+    ~Surface();
+    Surface(Surface&&) noexcept;
+
+    const TriangleMesh& mesh() const { return mesh_; }
+    const std::vector<std::array<int, 3>>& neighbours() const { return neighbours_; }
+    double area() const { return area_; }
+    Vec3 faceNormal(int triangle) const { return faceNormals_[size_t(triangle)]; }
+
+    /// Closest point of the surface; where `facing` is given, among triangles whose normal has a positive component along
+    /// it (so that the other side of a thin wall is not taken), unless there is none. O(log triangles).
+    SurfacePoint closest(const Vec3& p, const Vec3* facing = nullptr) const;
+    /// Points spread by area, each in a stratum of its own.
+    std::vector<SurfacePoint> sample(size_t count, Rng& rng) const;
+
+  private:
+    Vec3 normalAt(int triangle, const Vec3& weights) const;
+    struct Index;
+    TriangleMesh mesh_;
+    std::vector<Vec3> vertexNormals_, faceNormals_;
+    std::vector<std::array<int, 3>> neighbours_;
+    std::vector<double> cumulativeArea_;
+    double area_ = 0;
+    std::unique_ptr<Index> index_;
+};
+
+/// Splits edges longer than `longest` (longest edge first within each triangle) until none is left; same surface.
+void subdivideLongEdges(TriangleMesh& mesh, double longest);
+
+}  // namespace pavel

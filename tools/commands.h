@@ -1,0 +1,28 @@
+#pragma once
+// The verbs of the command line, one file each. Each returns after printing its result; failures are exceptions.
+#include <map>
+#include <string>
+#include <vector>
+
+#include "pavel/core/run_context.h"
+
+namespace pavel {
+
+/// What all verbs share.
+struct CommonOptions {
+    int threads = 0;  ///< 0: all
+    std::vector<std::string> overrides;
+    bool quiet = false, verbose = false, json = false, force = false;
+};
+
+void commandDecorate(const std::string& scene, const std::string& folder, const CommonOptions& options);
+void commandExample(const std::string& name, const std::string& folder, const CommonOptions& options);
+void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file, const CommonOptions& options);
+void commandRender(const std::string& input, const std::string& png, int width, int height, double azimuth, double elevation, double zoom, const CommonOptions& options);
+void commandInfo(const std::vector<std::string>& files, const CommonOptions& options);
+void commandValidate(const std::string& scene, const CommonOptions& options);
+
+/// The text of `pavel shape --help`'s list, or of one shape's parameters.
+std::string shapeHelp(const std::string& name = "");
+
+}  // namespace pavel

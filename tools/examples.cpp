@@ -1,0 +1,78 @@
+#include "pavel/tools/examples.h"
+
+namespace pavel {
+
+const std::vector<Example>& examples() {
+    static const std::vector<Example> all = {
+        {"vase", "ovoid vase with 450 pebbles of three kinds, about 14 million decoration voxels", R"({
+  // An ovoid vase covered with pebbles: run it with  pavel decorate scene.json -o result
+  "units": "mm",
+  "voxel_size": 0.36,                       // finer: more detail, more time
+  "seed": 1,                                // another number, another arrangement
+  "base": { "shape": "vase" },
+  "elements": [
+    { "name": "pebble", "shape": "pebble", "length": 17, "width": 14.5, "height": 10, "weight": 2, "color": "#c9b49a" },
+    { "name": "button", "shape": "pearl", "radius": 7.2, "weight": 1, "color": "#b0785c" },
+    { "name": "stone", "shape": "pebble", "length": 16, "width": 15, "height": 11, "phase": 2, "weight": 1, "color": "#7d9490" }
+  ],
+  "seeding": { "method": "cvt", "count": 450 },
+  "orientation": { "rotation": "random" },
+  "variation": { "size": 0.06 },
+  "output": { "mesh": ["glb"] }
+}
+)"},
+        {"sphere", "sphere with 400 pearls, as in the paper's figure on surface coverage", R"({
+  "units": "mm",
+  "resolution": 40,                         // voxels across an element
+  "base": { "shape": "sphere", "radius": 40 },
+  "elements": [ { "name": "pearl", "shape": "pearl", "radius": 4.78, "color": "#e3d6c0" } ],
+  "seeding": { "method": "cvt", "count": 400 },
+  "output": { "mesh": ["glb"], "elements": "separate" }
+}
+)"},
+        {"mug", "mug with beans of random rotation", R"({
+  "units": "mm",
+  "resolution": 44,
+  "base": { "shape": "mug" },
+  "elements": [ { "name": "bean", "shape": "bean", "length": 10, "thickness": 5, "bend": 0.04, "color": "#9c6b4a" } ],
+  "seeding": { "method": "cvt", "coverage": 1.3 },
+  "output": { "mesh": ["glb"] }
+}
+)"},
+        {"bracelet", "bracelet with small pearls and stars", R"({
+  "units": "mm",
+  "resolution": 40,
+  "base": { "shape": "bracelet" },
+  "elements": [
+    { "name": "pearl", "shape": "pearl", "radius": 1.9, "weight": 3, "color": "#efe6d8" },
+    { "name": "gold", "shape": "disc", "radius": 2, "height": 1.8, "weight": 1, "color": "#d4a94e" }
+  ],
+  "seeding": { "method": "cvt", "coverage": 1.35 },
+  "output": { "mesh": ["glb", "stl"] }
+}
+)"},
+        {"tile", "tile with seven petals placed by hand", R"({
+  "units": "mm",
+  "voxel_size": 0.25,
+  "base": { "shape": "tile" },
+  "elements": [
+    { "name": "petal", "shape": "petal", "length": 30, "width": 22, "thickness": 6, "bend": 4, "color": "#d98c8c" },
+    { "name": "heart", "shape": "pearl", "radius": 7, "color": "#e0b94f" }
+  ],
+  "seeding": { "method": "manual", "placements": [
+    { "position": [0, 0, 4], "element": "heart" },
+    { "position": [5, 0, 4], "rotation": 270, "element": "petal" },
+    { "position": [2.5, 4.33, 4], "rotation": 330, "element": "petal" },
+    { "position": [-2.5, 4.33, 4], "rotation": 30, "element": "petal" },
+    { "position": [-5, 0, 4], "rotation": 90, "element": "petal" },
+    { "position": [-2.5, -4.33, 4], "rotation": 150, "element": "petal" },
+    { "position": [2.5, -4.33, 4], "rotation": 210, "element": "petal" }
+  ] },
+  "output": { "mesh": ["glb"] }
+}
+)"},
+    };
+    return all;
+}
+
+}  // namespace pavel

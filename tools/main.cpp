@@ -1,0 +1,114 @@
+// The program `pavel`: reads the command line and maps failures to exit statuses.
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <new>
+
+#include "pavel/core/error.h"
+#include "pavel/core/shapes.h"
+#include "pavel/tools/commands.h"
+
+namespace {
+
+using pavel::CommonOptions;
+
+void addCommon(CLI::App& app, CommonOptions& o, bool scene, double& voxel) {
+    app.add_option("--threads", o.threads, "number of threads (default: all)")->check(CLI::PositiveNumber);
+    app.add_flag("--quiet", o.quiet, "print errors only");
+    app.add_flag("--verbose", o.verbose, "print more");
+    app.add_flag("--force", o.force, "overwrite what is there");
+    if (!scene) return;
+    app.add_flag("--json", o.json, "progress and result as JSON lines on stdout");
+    app.add_option("--set", o.overrides, "override a value of the scene: key.path=value (repeatable)")->expected(1)->allow_extra_args(false);
+    app.add_option("--voxel", voxel, "voxel size in scene units, instead of the scene's")->check(CLI::PositiveNumber);
+}
+
+int run(int argc, char** argv) {
+    CLI::App app{"Pavel decorates surfaces with packed volumetric elements."};
+    app.set_version_flag("--version", std::string("pavel ") + pavel::version());
+    app.require_subcommand(1);
+    CommonOptions common;
+    double voxel = 0;
+    std::string scene, folder = "pavel-out", name, file;
+
+    auto* decorate = app.add_subcommand("decorate", "the main job: seeds, packed elements, meshes, .vdb, report, picture");
+    decorate->add_option("SCENE", scene, "scene file")->required();
+    decorate->add_option("-o,--output", folder, "folder for the result (default: pavel-out)");
+    addCommon(*decorate, common, true, voxel);
+
+    auto* example = app.add_subcommand("example", "lists the built-in scenes, or writes one");
+    example->add_option("NAME", name, "scene to write");
+    example->add_option("-o,--output", folder, "folder to write scene.json into");
+    addCommon(*example, common, false, voxel);
+
+    auto* shape = app.add_subcommand("shape", "writes a built-in base or element as a mesh");
+    shape->add_option("NAME", name, "shape")->required();
+    shape->add_option("-o,--output", file, "mesh file: .obj, .ply, .stl, .glb")->required();
+    shape->allow_extras();
+    shape->footer([&] { return pavel::shapeHelp(name); });
+    addCommon(*shape, common, false, voxel);
+
+    int width = 1200, height = 1000;
+    double azimuth = -60, elevation = 18, zoom = 1;
+    auto* render = app.add_subcommand("render", "a picture of a mesh or .vdb file, headless");
+    render->add_option("FILE", name, "mesh or .vdb")->required();
+    render->add_option("-o,--output", file, "picture, .png")->required();
+    render->add_option("--width", width, "pixels")->check(CLI::Range(16, 8192));
+    render->add_option("--height", height, "pixels")->check(CLI::Range(16, 8192));
+    render->add_option("--azimuth", azimuth, "of the camera, degrees about z");
+    render->add_option("--elevation", elevation, "of the camera, degrees")->check(CLI::Range(-89, 89));
+    render->add_option("--zoom", zoom, "enlargement")->check(CLI::PositiveNumber);
+    addCommon(*render, common, false, voxel);
+
+    std::vector<std::string> files;
+    auto* info = app.add_subcommand("info", "what is in a mesh, .vdb, seeds or scene file");
+    info->add_option("FILE", files, "files")->required();
+    addCommon(*info, common, false, voxel);
+
+    auto* validate = app.add_subcommand("validate", "checks a scene and its inputs and estimates the cost");
+    validate->add_option("SCENE", scene, "scene file")->required();
+    addCommon(*validate, common, true, voxel);
+
+    for (const char* later : {"seed", "remesh", "shell", "bench"}) app.add_subcommand(later, "not available yet")->allow_extras();
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::Success& e) {
+        return app.exit(e);
+    } catch (const CLI::ParseError& e) {
+        app.exit(e, std::cerr, std::cerr);
+        return 2;
+    }
+    std::unique_ptr<tbb::global_control> threads;
+    if (common.threads > 0) threads = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, size_t(common.threads));
+    if (voxel > 0) {
+        common.overrides.push_back("voxel_size=" + std::to_string(voxel));
+        common.overrides.push_back("resolution=null");
+    }
+    if (*decorate) pavel::commandDecorate(scene, folder, common);
+    else if (*example) pavel::commandExample(name, folder, common);
+    else if (*shape) pavel::commandShape(name, shape->remaining(), file, common);
+    else if (*render) pavel::commandRender(name, file, width, height, azimuth, elevation, zoom, common);
+    else if (*info) pavel::commandInfo(files, common);
+    else if (*validate) pavel::commandValidate(scene, common);
+    else throw pavel::InputError("pavel " + app.get_subcommands().front()->get_name() + ": is not available yet");
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const pavel::Error& e) {
+        std::fprintf(stderr, "pavel: %s\n", e.what());
+        return e.exitStatus();
+    } catch (const std::bad_alloc&) {
+        std::fprintf(stderr, "pavel: out of memory; use a larger voxel_size\n");
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "pavel: internal error: %s\n", e.what());
+    }
+    return 1;
+}

@@ -1,0 +1,45 @@
+#pragma once
+// An element in work, from its placement to its trimmed body. Index space, voxels.
+#include <memory>
+#include <vector>
+
+#include "pavel/core/placement.h"
+#include "pavel/vdb/grid.h"
+
+namespace pavel {
+
+struct ContactDistance;  // contact.h
+
+struct WorkElement {
+    int id = 0;    ///< 1..n; elements lie in a vector at id - 1
+    int kind = 0;
+    Frame indexFromElement;
+    Vec3 centre{0, 0, 0};  ///< centroid of the placed volume
+    double size = 0;       ///< diagonal of the bounding box in the element's own frame: the unit of a and b
+    CoordBBox box;         ///< of the placed level set, its band included
+    WorkTree::Ptr placed;  ///< level set as placed
+    WorkTree::Ptr body;    ///< trimmed: what is left after neighbours and base took their share
+    std::vector<int> neighbours;  ///< indices of elements whose boxes meet, ascending
+    std::vector<int> contacts;    ///< indices of those that it shares a contact surface with
+    std::vector<Coord> islands;   ///< voxels of pieces that the trim cut off and dropped
+    double placedVolume = 0, bodyVolume = 0;
+    uint64_t placedVoxels = 0, bodyVoxels = 0;
+    std::shared_ptr<ContactDistance> contact;
+
+    /// Volume to win back by growing.
+    double lost() const { return placedVolume - bodyVolume; }
+};
+
+/// Distance to the bisector of two elements' centres, positive on the other's side: who keeps a contested point (paper:
+/// the nearest centre). Exactly antisymmetric; coincident centres go to the lower id.
+class Bisector {
+  public:
+    Bisector(const WorkElement& own, const WorkElement& other);
+    double operator()(const Vec3& p) const { return sign_ * (dot(p, normal_) - offset_); }
+
+  private:
+    Vec3 normal_{0, 0, 0};
+    double offset_ = 0, sign_ = 1;
+};
+
+}  // namespace pavel

@@ -1,0 +1,21 @@
+#pragma once
+#include <memory>
+
+#include "pavel/vdb/element.h"
+
+namespace pavel {
+
+/// Which elements' boxes meet a box: an R-tree.
+class ElementIndex {
+  public:
+    explicit ElementIndex(const std::vector<WorkElement>& elements);
+    ~ElementIndex();
+    /// Indices, ascending. O(log n + found).
+    std::vector<int> meeting(const CoordBBox& box) const;
+
+  private:
+    struct Tree;
+    std::unique_ptr<Tree> tree_;
+};
+
+}  // namespace pavel

@@ -1,0 +1,65 @@
+#include "pavel/vdb/extract.h"
+
+#include <openvdb/tools/VolumeToMesh.h>
+#include <tbb/parallel_for.h>
+
+#include "pavel/core/error.h"
+#include "pavel/vdb/packed_grids.h"
+#include "pavel/vdb/level_set_mesh.h"
+
+namespace pavel {
+
+TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double voxelSize) {
+    std::vector<openvdb::Vec3s> points;
+    std::vector<openvdb::Vec3I> triangles;
+    std::vector<openvdb::Vec4I> quads;
+    openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0.0, 0.0, true);
+    TriangleMesh mesh;
+    mesh.points.resize(points.size());
+    for (size_t i = 0; i < points.size(); ++i) mesh.points[i] = voxelSize * Vec3(points[i][0], points[i][1], points[i][2]);
+    mesh.triangles.reserve(triangles.size() + 2 * quads.size());
+    for (const auto& t : triangles) mesh.triangles.push_back({int(t[0]), int(t[1]), int(t[2])});
+    for (const auto& q : quads) {
+        const auto gap = [&](int a, int b) { return length(mesh.points[q[a]] - mesh.points[q[b]]); };
+        if (gap(0, 2) <= gap(1, 3)) {
+            mesh.triangles.push_back({int(q[0]), int(q[1]), int(q[2])});
+            mesh.triangles.push_back({int(q[0]), int(q[2]), int(q[3])});
+        } else {
+            mesh.triangles.push_back({int(q[0]), int(q[1]), int(q[3])});
+            mesh.triangles.push_back({int(q[1]), int(q[2]), int(q[3])});
+        }
+    }
+    return mesh;
+}
+
+TriangleMesh extractElement(const Packing& packing, int id) {
+    const WorkTree::Ptr& tree = packing.grids->elements[size_t(id) - 1];
+    return tree ? levelSetMesh(*toFloatGrid(*tree), packing.voxelSize) : TriangleMesh{};
+}
+
+TriangleMesh extractBase(const Packing& packing) {
+    return levelSetMesh(*openvdb::FloatGrid::create(packing.grids->base), packing.voxelSize);
+}
+
+LabelledMesh extractFused(const Packing& packing, bool withBase) {
+    const PackedGrids& grids = *packing.grids;
+    if (withBase && !grids.solid) throw RunError("the solid with the base was not asked for when packing");
+    LabelledMesh out;
+    out.mesh = levelSetMesh(*openvdb::FloatGrid::create(withBase ? grids.solid : grids.surface), packing.voxelSize);
+    out.ids.resize(out.mesh.triangles.size());
+    tbb::parallel_for(size_t(0), (out.ids.size() + 4095) / 4096, [&](size_t chunk) {
+        openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false> ids(*grids.ids);
+        for (size_t t = chunk * 4096; t < std::min(out.ids.size(), (chunk + 1) * 4096); ++t) {
+            const Vec3 centre = (out.mesh.corner(t, 0) + out.mesh.corner(t, 1) + out.mesh.corner(t, 2)) / (3 * packing.voxelSize);
+            const Vec3 inward = -triangleNormal(out.mesh, t);
+            for (double depth : {0.6, 1.2, 0.0, 1.8}) {
+                const Vec3 p = centre + depth * inward;
+                out.ids[t] = ids.getValue(Coord(int(std::lround(p[0])), int(std::lround(p[1])), int(std::lround(p[2]))));
+                if (out.ids[t]) break;
+            }
+        }
+    });
+    return out;
+}
+
+}  // namespace pavel

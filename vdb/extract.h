@@ -1,0 +1,20 @@
+#pragma once
+// Meshes from packed grids.
+#include "pavel/vdb/pack.h"
+
+namespace pavel {
+
+/// A mesh whose triangles carry the id of their element; 0: base.
+struct LabelledMesh {
+    TriangleMesh mesh;
+    std::vector<int> ids;
+};
+
+/// One packed element; empty where it was swallowed. Closed, 2-manifold, world frame, scene units.
+TriangleMesh extractElement(const Packing& packing, int id);
+/// The base as voxelised.
+TriangleMesh extractBase(const Packing& packing);
+/// All elements fused into one solid, with the base if it was asked for in the packing; triangles labelled by element.
+LabelledMesh extractFused(const Packing& packing, bool withBase);
+
+}  // namespace pavel

@@ -1,0 +1,285 @@
+#include "pavel/vdb/front.h"
+
+#include <algorithm>
+
+#include "pavel/vdb/recovery_function.h"
+
+namespace pavel {
+namespace {
+
+constexpr float kNever = std::numeric_limits<float>::max();
+constexpr int kStep[3] = {64, 8, 1};
+
+}  // namespace
+
+Front::Front(const WorkElement& e, ClaimMap& claims, double a_, double b_, double w)
+    : element(e), a(a_), b(b_), weight(w), firstB(b_), claims_(claims) {}
+
+GrowthBlock* Front::probe(const Coord& origin) const {
+    const auto found = map_.find(origin);
+    return found == map_.end() ? nullptr : found->second;
+}
+
+GrowthBlock* Front::make(const Coord& origin) {
+    if (GrowthBlock* known = probe(origin)) return known;
+    GrowthBlock& b0 = blocks.emplace_back();
+    b0.origin = origin;
+    b0.number = int(blocks.size()) - 1;
+    b0.claims = claims_.block(origin);
+    const WorkLeaf* leaf = element.body->probeConstLeaf(origin);
+    const float tile = leaf ? 0 : element.body->getValue(origin);
+    for (int v = 0; v < 512; ++v) {
+        const float phi = leaf ? leaf->getValue(openvdb::Index(v)) : tile;
+        b0.contact[v] = -1;
+        b0.state[v] = phi < 0 ? kBody : kFar;
+        b0.time[v] = phi < 0 ? phi : kNever;
+    }
+    map_[origin] = &b0;
+    for (int side = 0; side < 6; ++side) {
+        Coord c = origin;
+        c[side / 2] += side % 2 ? 8 : -8;
+        if (GrowthBlock* n = probe(c)) {
+            b0.next[side] = n;
+            n->next[side ^ 1] = &b0;
+        }
+    }
+    return &b0;
+}
+
+GrowthBlock* Front::step(GrowthBlock* block, int v, int side, int& n) {
+    const int axis = side / 2, x = v / kStep[axis] & 7;
+    if (side % 2 ? x < 7 : x > 0) {
+        n = v + (side % 2 ? kStep[axis] : -kStep[axis]);
+        return block;
+    }
+    n = v + (side % 2 ? -7 : 7) * kStep[axis];
+    return block->next[side];
+}
+
+GrowthBlock* Front::stepOrMake(GrowthBlock* block, int v, int side, int& n) {
+    GrowthBlock* other = step(block, v, side, n);
+    if (other) return other;
+    Coord c = block->origin;
+    c[side / 2] += side % 2 ? 8 : -8;
+    return make(c);
+}
+
+double Front::speedAt(const GrowthBlock& block, int v) const {
+    return weight * recoveryFunction(block.contact[v] / element.size, a, b);
+}
+
+double Front::speedOf(GrowthBlock* block, int v) {
+    if (block->contact[v] < 0)
+        block->contact[v] = float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
+    return speedAt(*block, v);
+}
+
+void Front::push(GrowthBlock* block, int v, double time) {
+    const float t = float(time);
+    if (!(t < block->time[v])) return;
+    block->time[v] = t;
+    block->state[v] = kTrial;
+    heap_.push_back({t, uint32_t(block->number) * 512 + uint32_t(v)});
+    std::push_heap(heap_.begin(), heap_.end());
+}
+
+void Front::start() {
+    for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
+        for (int v = 0; v < 512; ++v) {
+            const float phi = leaf->getValue(openvdb::Index(v));
+            if (phi < 0 || phi > 1.8f) continue;
+            const Coord c = leaf->offsetToGlobalCoord(openvdb::Index(v));
+            bool beside = false;
+            for (int side = 0; side < 6 && !beside; ++side) {
+                Coord n = c;
+                n[side / 2] += side % 2 ? 1 : -1;
+                beside = element.body->getValue(n) < 0;
+            }
+            if (!beside) continue;
+            if (claims_.block(leaf->origin())->claims[v].load(std::memory_order_relaxed) != kFree) continue;
+            GrowthBlock* block = make(leaf->origin());
+            const double speed = speedOf(block, v);
+            if (speed > 0) push(block, v, phi / speed);
+            else dormant_.push_back(uint32_t(block->number) * 512 + uint32_t(v));
+        }
+    }
+}
+
+/// Godunov's upwind solution of |grad T| = 1 / speed from the accepted neighbours, each not before `atLeast`.
+double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts, double atLeast) const {
+    double t[3];
+    int count = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        double best = kNever;
+        for (int side = 2 * axis; side < 2 * axis + 2; ++side) {
+            int n;
+            const GrowthBlock* other = step(block, v, side, n);
+            if (!other) continue;
+            const uint8_t s = other->state[n];
+            if (s == kReal || (withGhosts && s == kGhost)) best = std::min(best, double(other->time[n]));
+        }
+        if (best >= kNever) continue;
+        int k = count++;  // insertion sort
+        for (best = std::max(best, atLeast); k > 0 && t[k - 1] > best; --k) t[k] = t[k - 1];
+        t[k] = best;
+    }
+    if (count == 0) return kNever;
+    const double slowness = 1 / speed;
+    double result = t[0] + slowness, sum = t[0], squares = t[0] * t[0];
+    for (int k = 1; k < count && result > t[k]; ++k) {
+        sum += t[k];
+        squares += t[k] * t[k];
+        const double m = k + 1, disc = sum * sum - m * (squares - slowness * slowness);
+        if (disc < 0) break;
+        result = (sum + std::sqrt(disc)) / m;
+    }
+    return result;
+}
+
+bool Front::heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const {
+    const Claim c = block->claims->claims[v].load(std::memory_order_relaxed);
+    if (c == kFree || claimOwner(c) == element.id) return false;
+    if (claimTime(c) > stopTimes[size_t(claimOwner(c))]) return false;
+    return c < makeClaim(time, element.id);
+}
+
+void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming) {
+    bool besideReal = false, besideGhost = false;
+    for (int side = 0; side < 6; ++side) {
+        int n;
+        const GrowthBlock* other = step(block, v, side, n);
+        if (!other) continue;
+        besideReal |= other->state[n] == kReal || other->state[n] == kBody;
+        besideGhost |= other->state[n] == kGhost;
+    }
+    const float time = block->time[v];
+    if (!heldByOther(block, v, time, stopTimes)) {
+        if (!besideReal) {  // only a way through foreign ground leads here
+            block->state[v] = kFar;
+            block->time[v] = kNever;
+            return;
+        }
+        block->state[v] = kReal;
+        if (claiming) claimed_.push_back({time, uint32_t(block->number) * 512 + uint32_t(v)});
+    } else {
+        block->state[v] = besideReal ? kGhost : kDeepGhost;
+        if (!besideReal && !besideGhost) {
+            block->state[v] = kFar;
+            block->time[v] = kNever;
+        }
+        if (block->state[v] != kGhost) return;
+    }
+    for (int side = 0; side < 6; ++side) {
+        int n;
+        GrowthBlock* other = stepOrMake(block, v, side, n);
+        if (other->state[n] != kFar && other->state[n] != kTrial) continue;
+        const double speed = speedOf(other, n);
+        if (speed <= 0) {
+            dormant_.push_back(uint32_t(other->number) * 512 + uint32_t(n));
+            continue;
+        }
+        double t = arrival(other, n, speed, false, 0);
+        if (t >= kNever) {
+            t = arrival(other, n, speed, true, 0);
+            if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
+        }
+        if (t < kNever) push(other, n, t);
+    }
+}
+
+void Front::march(double until, const std::vector<float>& stopTimes, bool claiming) {
+    claimed_.clear();
+    while (!heap_.empty() && heap_.front().time < until) {
+        std::pop_heap(heap_.begin(), heap_.end());
+        const Arrival next = heap_.back();
+        heap_.pop_back();
+        GrowthBlock* block = &blocks[next.voxel / 512];
+        const int v = int(next.voxel % 512);
+        if (block->state[v] == kTrial && block->time[v] == next.time) accept(block, v, stopTimes, claiming);
+    }
+}
+
+void Front::commit() {
+    for (const Arrival& c : claimed_) {
+        std::atomic<Claim>& slot = blocks[c.voxel / 512].claims->claims[c.voxel % 512];
+        const Claim mine = makeClaim(c.time, element.id);
+        Claim held = slot.load(std::memory_order_relaxed);
+        while (mine < held && !slot.compare_exchange_weak(held, mine, std::memory_order_relaxed)) {}
+    }
+}
+
+void Front::settle() {
+    won = 0;
+    size_t kept = 0;
+    for (const Arrival& c : claimed_) {
+        GrowthBlock& block = blocks[c.voxel / 512];
+        const int v = int(c.voxel % 512);
+        if (block.claims->claims[v].load(std::memory_order_relaxed) == makeClaim(c.time, element.id)) claimed_[kept++] = c;
+        else block.state[v] = kGhost;
+    }
+    claimed_.resize(kept);
+    won = kept;
+    const double needed = element.lost() - grown;
+    if (double(won) < needed) {
+        grown += double(won);
+        return;
+    }
+    std::sort(claimed_.begin(), claimed_.end(), [](const Arrival& x, const Arrival& y) { return y < x; });
+    const size_t last = std::min(won, size_t(std::max(1.0, std::ceil(needed)))) - (won ? 1 : 0);
+    if (won) stopTime = claimed_[last].time;
+    grown += needed;
+    stopped = true;
+}
+
+void Front::release() {
+    for (const Arrival& c : claimed_)
+        if (c.time > stopTime) blocks[c.voxel / 512].claims->claims[c.voxel % 512].store(kFree, std::memory_order_relaxed);
+}
+
+double Front::nextArrival() const { return heap_.empty() ? std::numeric_limits<double>::infinity() : double(heap_.front().time); }
+
+double Front::frontSpeed() const {
+    double most = 0;
+    for (const Arrival& h : heap_) {
+        const GrowthBlock& block = blocks[h.voxel / 512];
+        if (block.state[h.voxel % 512] == kTrial && block.time[h.voxel % 512] == h.time) most = std::max(most, speedAt(block, int(h.voxel % 512)));
+    }
+    return most;
+}
+
+bool Front::widen(double now) {
+    constexpr double kStepFactor = 1.15, kLimit = 3;
+    if (b * kStepFactor > kLimit) return false;
+    b *= kStepFactor;
+    std::vector<uint32_t> waiting;
+    waiting.swap(dormant_);
+    for (const Arrival& h : heap_) waiting.push_back(h.voxel);
+    heap_.clear();
+    std::sort(waiting.begin(), waiting.end());
+    waiting.erase(std::unique(waiting.begin(), waiting.end()), waiting.end());
+    for (uint32_t w : waiting) {
+        GrowthBlock* block = &blocks[w / 512];
+        const int v = int(w % 512);
+        if (block->state[v] != kFar && block->state[v] != kTrial) continue;
+        const double speed = speedOf(block, v);
+        block->state[v] = kFar;
+        block->time[v] = kNever;
+        if (speed <= 0) {
+            dormant_.push_back(w);
+            continue;
+        }
+        double t = arrival(block, v, speed, false, now);
+        for (int side = 0; side < 6; ++side) {
+            int n;
+            const GrowthBlock* other = step(block, v, side, n);
+            if (!other || other->state[n] != kBody) continue;
+            const Coord c = block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+            t = std::min(t, now + std::max(0.f, element.body->getValue(c)) / speed);
+        }
+        if (t < kNever) push(block, v, t);
+        else dormant_.push_back(w);
+    }
+    return true;
+}
+
+}  // namespace pavel

@@ -1,0 +1,94 @@
+#pragma once
+// The growing front of one element: sub-voxel fast marching on blocks that are made when the front reaches them
+// (paper, Fast marching approach; J. A. Sethian 1996).
+#include <deque>
+#include <unordered_map>
+
+#include "pavel/vdb/claims.h"
+#include "pavel/vdb/contact.h"
+
+namespace pavel {
+
+/// State of a voxel for one front. Ghosts are voxels that another front or body holds: the front marches two layers into
+/// them, so that the face between the two is known at sub-voxel precision, but grows no further from there.
+enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody };
+
+struct GrowthBlock {
+    Coord origin;
+    ClaimBlock* claims = nullptr;
+    GrowthBlock* next[6] = {};  ///< -x +x -y +y -z +z, null until made
+    int number = 0;
+    float time[512];     ///< arrival time; in body voxels: distance to the grown surface
+    float contact[512];  ///< distance to the contact rims, -1 where not asked for yet
+    uint8_t state[512];
+};
+
+class Front {
+  public:
+    /// @param weight relative speed, v_i / V_i over the largest of all
+    Front(const WorkElement& element, ClaimMap& claims, double a, double b, double weight);
+
+    /// Enters the first layer: free voxels beside the body, at their sub-voxel distance.
+    void start();
+    /// Accepts all voxels that arrive before `until`. stopTimes[id]: when others stopped (infinity while they grow).
+    void march(double until, const std::vector<float>& stopTimes, bool claiming);
+    /// Enters the claims of the last march into the shared clock.
+    void commit();
+    /// Counts the claims that won; the others become ghosts. Sets stopTime when the volume is back.
+    void settle();
+    /// Gives back claims later than the stop time.
+    void release();
+    /// The next arrival that waits, or infinity.
+    double nextArrival() const;
+    /// Largest speed on the waiting front.
+    double frontSpeed() const;
+    /// Widens b by a step, the clock running on from `now`. False when the limit is reached.
+    bool widen(double now);
+
+    double speedAt(const GrowthBlock& block, int v) const;
+    /// Distance-like value of the grown region's own surface at an outside voxel with a known time, for a stop time.
+    float displaced(const GrowthBlock& block, int v) const {
+        return float(speedAt(block, v)) * (block.time[v] - stopTime);
+    }
+    bool hasTime(const GrowthBlock& block, int v) const {
+        return block.state[v] != kBody && block.time[v] < std::numeric_limits<float>::max();
+    }
+    GrowthBlock* probe(const Coord& origin) const;
+    /// Neighbouring voxel: its block (null where there is none) and index.
+    static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n);
+
+    const WorkElement& element;
+    std::deque<GrowthBlock> blocks;
+    double a, b, weight;
+    double grown = 0;        ///< voxels won so far
+    float stopTime = std::numeric_limits<float>::infinity();
+    bool stopped = false;    ///< has its volume back, or
+    bool exhausted = false;  ///< has no room left
+    double firstB = 0;       ///< b before it was widened
+    size_t won = 0;          ///< in the last round
+
+  private:
+    struct Arrival {
+        float time;
+        uint32_t voxel;  // block number * 512 + index
+        bool operator<(const Arrival& o) const { return time != o.time ? time > o.time : voxel > o.voxel; }
+    };
+    struct Hash {
+        size_t operator()(const Coord& c) const { return c.hash<20>() ^ (size_t(c[1]) * 2654435761u); }
+    };
+    GrowthBlock* make(const Coord& origin);
+    GrowthBlock* stepOrMake(GrowthBlock* block, int v, int side, int& n);
+    double arrival(GrowthBlock* block, int v, double speed, bool withGhosts, double atLeast) const;
+    double speedOf(GrowthBlock* block, int v);
+    bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
+    void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
+    void push(GrowthBlock* block, int v, double time);
+
+    ClaimMap& claims_;
+    std::unordered_map<Coord, GrowthBlock*, Hash> map_;
+    std::vector<Arrival> heap_;
+    std::vector<uint32_t> dormant_;  // touched while their speed was zero
+    std::vector<Arrival> claimed_;   // in the last round
+};
+
+}  // namespace pavel

@@ -1,0 +1,50 @@
+#pragma once
+// Packing: placed elements that overlap become packed elements that fit, each with its volume back.
+#include <memory>
+#include <vector>
+
+#include "pavel/core/placement.h"
+#include "pavel/core/run_context.h"
+
+namespace pavel {
+
+struct PackedGrids;  // packed_grids.h: the OpenVDB side
+
+struct PackOptions {
+    double voxelSize = 1;       ///< h, scene units
+    double a = 0.1, b = 0.3;    ///< volume recovery function, shares of an element's size
+    std::vector<std::pair<double, double>> kindMaterial;  ///< a, b by kind; empty: the two above for all
+    bool solidWithBase = false;  ///< also make the fused solid of elements and base
+};
+
+/// Volumes in scene units^3, one sub-voxel measure throughout.
+struct ElementResult {
+    int id = 0;
+    double initialVolume = 0, targetVolume = 0, lostVolume = 0, finalVolume = 0, unrecoveredVolume = 0;
+    std::vector<int> contacts;  ///< ids
+    double widenedB = 0;        ///< the b it needed, where that is more than the material's; else 0
+};
+
+struct PackCounts {
+    uint64_t decorationVoxels = 0, overlapVoxels = 0, baseVoxels = 0, grownVoxels = 0, activeVoxels = 0;
+};
+
+struct Packing {
+    std::vector<ElementResult> elements;
+    PackCounts counts;
+    double voxelSize = 1;
+    std::shared_ptr<PackedGrids> grids;
+};
+
+/// @param base a closed solid
+/// @throws RunError; Interrupted when the context is cancelled
+/// Elements that are swallowed or walled in are named in the context's warnings and in their results. The result does
+/// not depend on the number of threads. Memory follows the elements' surfaces and the regrown volume.
+Packing pack(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed,
+             const PackOptions& options, RunContext& context);
+
+/// Extent of the elements in voxels, and where they would leave the range that indices and floats can hold.
+/// @throws InputError where the voxel size does not suit the scene
+void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double voxelSize, RunContext& context);
+
+}  // namespace pavel

@@ -1,0 +1,29 @@
+#pragma once
+// From meshes to level sets: one canonical distance field per distinct element mesh, sampled under every placement.
+#include "pavel/core/frame.h"
+#include "pavel/core/mesh.h"
+#include "pavel/vdb/grid.h"
+
+namespace pavel {
+
+/// Signed distance of an element's mesh in its own frame, on a grid of its own.
+struct CanonicalField {
+    openvdb::FloatGrid::Ptr grid;  ///< values in canonical voxels
+    double voxelSize = 1;          ///< of the canonical grid, in scene units
+    Vec3 centroid{0, 0, 0};        ///< of the solid, element frame
+    Bounds bounds;                 ///< element frame
+};
+
+/// @param voxelSize h of the scene; scaleMin, scaleMax: over the placements of this mesh
+CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, double scaleMin, double scaleMax);
+
+/// Level set of one placement, half width kBand. indexFromElement carries the placement's scale / h.
+WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement);
+
+/// Narrow band of the base, half width kBand, in voxels.
+openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize);
+
+/// Level set of any closed mesh at a voxel size, in voxels (rendering).
+openvdb::FloatGrid::Ptr meshToLevelSet(const TriangleMesh& mesh, double voxelSize, float halfWidth);
+
+}  // namespace pavel
