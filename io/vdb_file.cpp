@@ -120,7 +120,7 @@ TriangleMesh readVdbSurface(const std::string& path) {
         const auto f = openvdb::gridPtrCast<FloatGrid>(g);
         if (!f || f->getGridClass() != openvdb::GRID_LEVEL_SET) continue;
         if (hasSurface && g->getName() != "surface" && g->getName() != "base") continue;
-        append(all, levelSetMesh(*f, f->voxelSize()[0]));
+        append(all, levelSetMesh(*f, 1));
     }
     if (all.triangles.empty()) throw InputError(path + ": holds no level set to show");
     return all;

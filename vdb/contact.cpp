@@ -43,10 +43,10 @@ bool snapToCurve(const A& a, const B& b, Vec3& p) {
     return false;
 }
 
-/// One point for each cell of half a voxel, so that the queries stay cheap.
+/// One point for each cell of a quarter voxel, so that the queries stay cheap.
 std::vector<Vec3f> thinned(std::vector<Vec3f> points) {
     const auto cell = [](const Vec3f& p) {
-        return std::array<int, 3>{int(std::floor(p[0] * 2)), int(std::floor(p[1] * 2)), int(std::floor(p[2] * 2))};
+        return std::array<int, 3>{int(std::floor(p[0] * 4)), int(std::floor(p[1] * 4)), int(std::floor(p[2] * 4))};
     };
     std::stable_sort(points.begin(), points.end(), [&](const Vec3f& a, const Vec3f& b) { return cell(a) < cell(b); });
     points.erase(std::unique(points.begin(), points.end(), [&](const Vec3f& a, const Vec3f& b) { return cell(a) == cell(b); }), points.end());

@@ -9,14 +9,14 @@
 
 namespace pavel {
 
-TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double voxelSize) {
+TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale) {
     std::vector<openvdb::Vec3s> points;
     std::vector<openvdb::Vec3I> triangles;
     std::vector<openvdb::Vec4I> quads;
     openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0.0, 0.0, true);
     TriangleMesh mesh;
     mesh.points.resize(points.size());
-    for (size_t i = 0; i < points.size(); ++i) mesh.points[i] = voxelSize * Vec3(points[i][0], points[i][1], points[i][2]);
+    for (size_t i = 0; i < points.size(); ++i) mesh.points[i] = scale * Vec3(points[i][0], points[i][1], points[i][2]);
     mesh.triangles.reserve(triangles.size() + 2 * quads.size());
     for (const auto& t : triangles) mesh.triangles.push_back({int(t[0]), int(t[1]), int(t[2])});
     for (const auto& q : quads) {

@@ -68,10 +68,26 @@ double Front::speedAt(const GrowthBlock& block, int v) const {
     return weight * recoveryFunction(block.contact[v] / element.size, a, b);
 }
 
+double Front::scaleAt(const GrowthBlock& block, int v) const {
+    const double least = std::min(2.0, a * element.size);
+    return weight * recoveryFunction(std::max(least, double(block.contact[v])) / element.size, a, b);
+}
+
 double Front::speedOf(GrowthBlock* block, int v) {
     if (block->contact[v] < 0)
         block->contact[v] = float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
     return speedAt(*block, v);
+}
+
+/// Arrival near the contact rim, where the speed changes too fast within a voxel to march: with F = k d the front sweeps
+/// the wedge between body and neighbour like a hand of a clock, T = angle / k. Infinity away from there.
+double Front::wedgeArrival(const GrowthBlock& block, int v) const {
+    const double d = block.contact[v];
+    if (d > std::min(4.0, 0.7 * a * element.size) || d <= 0) return kNever;
+    const double phi = element.body->getValue(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
+    if (phi > 3 || phi > 0.98 * d) return kNever;
+    const double speed = speedAt(block, v);
+    return speed > 0 ? std::asin(std::max(0.0, phi / d)) * d / speed : kNever;
 }
 
 void Front::push(GrowthBlock* block, int v, double time) {
@@ -99,7 +115,10 @@ void Front::start() {
             if (claims_.block(leaf->origin())->claims[v].load(std::memory_order_relaxed) != kFree) continue;
             GrowthBlock* block = make(leaf->origin());
             const double speed = speedOf(block, v);
-            if (speed > 0) push(block, v, phi / speed);
+            if (speed > 0) {
+                const double wedge = wedgeArrival(*block, v);
+                push(block, v, wedge < kNever ? wedge : std::max(0.f, phi) / speed);
+            }
             else dormant_.push_back(uint32_t(block->number) * 512 + uint32_t(v));
         }
     }
@@ -183,7 +202,7 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
             t = arrival(other, n, speed, true, 0);
             if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
         }
-        if (t < kNever) push(other, n, t);
+        if (t < kNever) push(other, n, std::min(t, wedgeArrival(*other, n)));
     }
 }
 

@@ -46,9 +46,12 @@ class Front {
     bool widen(double now);
 
     double speedAt(const GrowthBlock& block, int v) const;
-    /// Distance-like value of the grown region's own surface at an outside voxel with a known time, for a stop time.
+    /// Turns times into distances: the speed, but not taken nearer to the contact than two voxels. There it falls so fast
+    /// within a voxel that the zero set of a product with it would be pitted.
+    double scaleAt(const GrowthBlock& block, int v) const;
+    /// Distance-like value of the grown region's own surface at an outside voxel with a known time, for the stop time.
     float displaced(const GrowthBlock& block, int v) const {
-        return float(speedAt(block, v)) * (block.time[v] - stopTime);
+        return float(scaleAt(block, v)) * (block.time[v] - stopTime);
     }
     bool hasTime(const GrowthBlock& block, int v) const {
         return block.state[v] != kBody && block.time[v] < std::numeric_limits<float>::max();
@@ -80,6 +83,7 @@ class Front {
     GrowthBlock* stepOrMake(GrowthBlock* block, int v, int side, int& n);
     double arrival(GrowthBlock* block, int v, double speed, bool withGhosts, double atLeast) const;
     double speedOf(GrowthBlock* block, int v);
+    double wedgeArrival(const GrowthBlock& block, int v) const;
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
     void push(GrowthBlock* block, int v, double time);

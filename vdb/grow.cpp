@@ -120,8 +120,9 @@ void Growth::displaceBodies(int i) {
 float Growth::ownValue(int i, const GrowthBlock& block, int v) const {
     const Front& f = *fronts_[size_t(i)];
     if (block.state[v] == kBody) return block.time[v];
-    if (f.hasTime(block, v)) return f.displaced(block, v);
-    return std::max(0.f, f.element.body->getValue(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))));
+    const float body = std::max(0.f, f.element.body->getValue(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))));
+    // The grown surface is nowhere farther than the body's.
+    return f.hasTime(block, v) ? std::min(body, f.displaced(block, v)) : body;
 }
 
 void Growth::fillRegion(int i, const GrowthBlock& block, float* values) const {
@@ -147,7 +148,7 @@ void Growth::fillRegion(int i, const GrowthBlock& block, float* values) const {
                     if (block.state[v] == kBody) continue;
                     if (own.hasTime(block, v)) {
                         // zero set of T_i - T_j, as far as j really got; the gradients point against each other
-                        const double slowness = 1 / std::max(own.speedAt(block, v), 1e-6) + 1 / std::max(f.speedAt(theirs, v), 1e-6);
+                        const double slowness = 1 / std::max(own.scaleAt(block, v), 1e-6) + 1 / std::max(f.scaleAt(theirs, v), 1e-6);
                         taken = std::min(taken, float((double(block.time[v]) - double(theirs.time[v])) / slowness));
                     }
                 }

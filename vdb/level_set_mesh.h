@@ -4,8 +4,8 @@
 
 namespace pavel {
 
-/// Triangles of a level set's surface by OpenVDB's volumeToMesh: closed and 2-manifold, outward. Index space times
-/// `voxelSize`; the grid's own transform is taken as the unit one.
-TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double voxelSize);
+/// Triangles of a level set's surface by OpenVDB's volumeToMesh: closed and 2-manifold, outward. World space of the
+/// grid's transform times `scale`.
+TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale);
 
 }  // namespace pavel
