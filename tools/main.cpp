@@ -21,7 +21,7 @@ void addCommon(CLI::App& app, CommonOptions& o, bool scene, double& voxel) {
     app.add_flag("--force", o.force, "overwrite what is there");
     if (!scene) return;
     app.add_flag("--json", o.json, "progress and result as JSON lines on stdout");
-    app.add_option("--set", o.overrides, "override a value of the scene: key.path=value (repeatable)")->expected(1)->allow_extra_args(false);
+    app.add_option("--set", o.overrides, "override a value of the scene: key.path=value (repeatable)")->allow_extra_args(false);
     app.add_option("--voxel", voxel, "voxel size in scene units, instead of the scene's")->check(CLI::PositiveNumber);
 }
 

@@ -72,6 +72,22 @@ ContactDistance::~ContactDistance() = default;
 void ContactDistance::addRim(std::vector<Vec3f> points) { rims_.push_back(std::make_unique<Rim>(std::move(points))); }
 const std::vector<Vec3f>& ContactDistance::rimPoints(size_t rim) const { return rims_[rim]->cloud.points; }
 
+Vec3 ContactDistance::nearest(const Vec3& p) const {
+    const float q[3] = {float(p[0]), float(p[1]), float(p[2])};
+    float best = 1e30f;
+    Vec3 point = p;
+    for (const auto& rim : rims_) {
+        uint32_t index;
+        float d2;
+        rim->tree.knnSearch(q, 1, &index, &d2);
+        if (d2 >= best) continue;
+        best = d2;
+        const Vec3f& r = rim->cloud.points[index];
+        point = Vec3(r[0], r[1], r[2]);
+    }
+    return point;
+}
+
 double ContactDistance::operator()(const Vec3& p) const {
     const float q[3] = {float(p[0]), float(p[1]), float(p[2])};
     double sum = 0;

@@ -20,6 +20,8 @@ struct ContactDistance {
     bool empty() const { return rims_.empty(); }
     /// Distance in voxels; 1e9 where there is no contact. O(rims log points).
     double operator()(const Vec3& p) const;
+    /// The nearest rim point; p itself where there is no contact.
+    Vec3 nearest(const Vec3& p) const;
     /// All the points, rim by rim.
     const std::vector<Vec3f>& rimPoints(size_t rim) const;
     size_t rimCount() const { return rims_.size(); }

@@ -80,18 +80,28 @@ double Front::speedOf(GrowthBlock* block, int v) {
 }
 
 /// Arrival near the contact rim, where the speed changes too fast within a voxel to march: with F = k d the front sweeps
-/// the wedge between body and neighbour like a hand of a clock, T = angle / k. Infinity away from there.
+/// the wedge between body and neighbour like a hand of a clock, T = angle / k. Nearer than two voxels the angle is read
+/// farther out on the same ray from the rim. Never, away from the rim.
 double Front::wedgeArrival(const GrowthBlock& block, int v) const {
-    const double d = block.contact[v];
+    constexpr double kRead = 2;
+    double d = block.contact[v];
     if (d > std::min(4.0, 0.7 * a * element.size) || d <= 0) return kNever;
-    const double phi = element.body->getValue(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
-    if (phi > 3 || phi > 0.98 * d) return kNever;
-    const double speed = speedAt(block, v);
-    return speed > 0 ? std::asin(std::max(0.0, phi / d)) * d / speed : kNever;
+    const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+    double phi = element.placed->getValue(c);
+    if (phi <= 0 || phi > 3) return kNever;
+    if (d < kRead) {
+        const Vec3 p = centreOf(c), rim = element.contact->nearest(p), ray = p - rim;
+        const double l = length(ray);
+        if (l < 1e-3) return kNever;
+        phi = sampleAt(*element.placed, rim + (kRead / l) * ray);
+        d = kRead;
+    }
+    const double speed = weight * recoveryFunction(d / element.size, a, b);
+    return speed > 0 ? std::asin(std::clamp(phi / d, 0.0, 1.0)) * d / speed : kNever;
 }
 
 void Front::push(GrowthBlock* block, int v, double time) {
-    const float t = float(time);
+    const float t = std::max(float(time), 1e-6f);  // zero is the bodies' own
     if (!(t < block->time[v])) return;
     block->time[v] = t;
     block->state[v] = kTrial;
@@ -158,6 +168,7 @@ double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts, 
 bool Front::heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const {
     const Claim c = block->claims->claims[v].load(std::memory_order_relaxed);
     if (c == kFree || claimOwner(c) == element.id) return false;
+    if (claimTime(c) == 0) return true;  // a body
     if (claimTime(c) > stopTimes[size_t(claimOwner(c))]) return false;
     return c < makeClaim(time, element.id);
 }
