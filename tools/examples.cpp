@@ -4,16 +4,16 @@ namespace pavel {
 
 const std::vector<Example>& examples() {
     static const std::vector<Example> all = {
-        {"vase", "ovoid vase with 450 pebbles of three kinds, about 14 million decoration voxels", R"({
+        {"vase", "ovoid vase with 450 pebbles of three kinds, about 12 million decoration voxels", R"({
   // An ovoid vase covered with pebbles: run it with  pavel decorate scene.json -o result
   "units": "mm",
   "voxel_size": 0.36,                       // finer: more detail, more time
   "seed": 1,                                // another number, another arrangement
   "base": { "shape": "vase" },
   "elements": [
-    { "name": "pebble", "shape": "pebble", "length": 17, "width": 14.5, "height": 10, "weight": 2, "color": "#c9b49a" },
-    { "name": "button", "shape": "pearl", "radius": 7.2, "weight": 1, "color": "#b0785c" },
-    { "name": "stone", "shape": "pebble", "length": 16, "width": 15, "height": 11, "phase": 2, "weight": 1, "color": "#7d9490" }
+    { "name": "pebble", "shape": "pebble", "length": 15.8, "width": 13.5, "height": 9.3, "weight": 2, "color": "#c9b49a" },
+    { "name": "button", "shape": "pearl", "radius": 6.7, "weight": 1, "color": "#b0785c" },
+    { "name": "stone", "shape": "pebble", "length": 14.9, "width": 14, "height": 10.2, "phase": 2, "weight": 1, "color": "#7d9490" }
   ],
   "seeding": { "method": "cvt", "count": 450 },
   "orientation": { "rotation": "random" },

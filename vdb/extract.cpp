@@ -8,6 +8,25 @@
 #include "pavel/vdb/level_set_mesh.h"
 
 namespace pavel {
+namespace {
+
+using IdReader = openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false>;
+
+Coord nearestVoxel(const Vec3& p) { return {int(std::lround(p[0])), int(std::lround(p[1])), int(std::lround(p[2]))}; }
+
+/// Id of the nearest decorated voxel within two voxels; 0 where there is none (in a filled slit, say).
+int nearestId(const IdReader& ids, const Coord& c) {
+    int best = 0, least = 13;
+    for (int x = -2; x <= 2; ++x)
+        for (int y = -2; y <= 2; ++y)
+            for (int z = -2; z <= 2; ++z) {
+                const int d = x * x + y * y + z * z, id = ids.getValue(c.offsetBy(x, y, z));
+                if (id && d < least) least = d, best = id;
+            }
+    return best;
+}
+
+}  // namespace
 
 TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale) {
     std::vector<openvdb::Vec3s> points;
@@ -48,15 +67,17 @@ LabelledMesh extractFused(const Packing& packing, bool withBase) {
     out.mesh = levelSetMesh(*openvdb::FloatGrid::create(withBase ? grids.solid : grids.surface), packing.voxelSize);
     out.ids.resize(out.mesh.triangles.size());
     tbb::parallel_for(size_t(0), (out.ids.size() + 4095) / 4096, [&](size_t chunk) {
-        openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false> ids(*grids.ids);
+        const IdReader ids(*grids.ids);
+        const BaseReader base(*grids.base);
         for (size_t t = chunk * 4096; t < std::min(out.ids.size(), (chunk + 1) * 4096); ++t) {
             const Vec3 centre = (out.mesh.corner(t, 0) + out.mesh.corner(t, 1) + out.mesh.corner(t, 2)) / (3 * packing.voxelSize);
             const Vec3 inward = -triangleNormal(out.mesh, t);
             for (double depth : {0.6, 1.2, 0.0, 1.8}) {
                 const Vec3 p = centre + depth * inward;
-                out.ids[t] = ids.getValue(Coord(int(std::lround(p[0])), int(std::lround(p[1])), int(std::lround(p[2]))));
+                out.ids[t] = ids.getValue(nearestVoxel(p));
                 if (out.ids[t]) break;
             }
+            if (!out.ids[t] && base.getValue(nearestVoxel(centre)) > 1) out.ids[t] = nearestId(ids, nearestVoxel(centre));
         }
     });
     return out;

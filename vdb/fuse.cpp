@@ -120,28 +120,36 @@ openvdb::FloatTree::Ptr closed(const openvdb::FloatTree& raw) {
     return tree;
 }
 
+/// Sets f(union, base) wherever the union has values.
+template <class F>
+void combine(const std::vector<WorkElement>& elements, const openvdb::FloatTree& all, const openvdb::FloatTree& base, openvdb::FloatTree& out, F f) {
+    const BlockReader above(all), below(base);
+    for (const Coord& origin : combinedOrigins(elements, all, base)) {
+        float u[512], b[512];
+        above.read(origin, u);
+        below.read(origin, b);
+        for (int v = 0; v < 512; ++v) u[v] = f(u[v], b[v]);
+        setLeaf(out, origin, u);
+    }
+    openvdb::tools::signedFloodFillWithValues(out, kBand, -kBand);
+}
+
 }  // namespace
 
 void fuse(const std::vector<WorkElement>& elements, const Growth& growth, const openvdb::FloatTree::Ptr& base, bool withSolid, PackedGrids& grids) {
-    openvdb::FloatTree::Ptr all = closed(*unionTree(elements, growth));
-    if (withSolid) grids.solid = std::make_shared<openvdb::FloatTree>(*base);
-    openvdb::FloatTree outside(kBand);
-    BlockReader above(*all), below(*base);
-    for (const Coord& origin : combinedOrigins(elements, *all, *base)) {
-        float u[512], b[512], values[512];
-        above.read(origin, u);
-        below.read(origin, b);
-        for (int v = 0; v < 512; ++v) values[v] = std::max(u[v], -b[v]);
-        setLeaf(outside, origin, values);
-        if (!withSolid) continue;
-        for (int v = 0; v < 512; ++v) values[v] = std::min(u[v], b[v]);
-        setLeaf(*grids.solid, origin, values);
+    openvdb::FloatTree::Ptr all = unionTree(elements, growth);
+    if (withSolid) {
+        openvdb::FloatTree solid(*base);
+        combine(elements, *all, *base, solid, [](float u, float b) { return std::min(u, b); });
+        grids.solid = closed(solid);
     }
+    all = closed(*all);
+    openvdb::FloatTree outside(kBand);
+    combine(elements, *all, *base, outside, [](float u, float b) { return std::max(u, -b); });
     all.reset();
-    openvdb::tools::signedFloodFillWithValues(outside, kBand, -kBand);
     grids.surface = redistanced(outside);
-    if (grids.solid) openvdb::tools::signedFloodFillWithValues(*grids.solid, kBand, -kBand);
 }
+
 
 openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements) {
     auto ids = std::make_shared<openvdb::Int32Tree>(0);

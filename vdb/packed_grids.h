@@ -8,7 +8,7 @@ struct PackedGrids {
     std::vector<WorkTree::Ptr> elements;  ///< at id - 1; null where an element was swallowed
     openvdb::FloatTree::Ptr surface;      ///< fused union of the elements, outside the base: a true distance
     openvdb::FloatTree::Ptr base;         ///< the base's band
-    openvdb::FloatTree::Ptr solid;        ///< elements and base as one solid, raw; null unless asked for
+    openvdb::FloatTree::Ptr solid;        ///< elements and base as one solid; null unless asked for
     openvdb::Int32Tree::Ptr ids;          ///< 1..n inside elements, 0 elsewhere
 };
 
