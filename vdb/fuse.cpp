@@ -77,12 +77,11 @@ void unionValues(const std::vector<WorkElement>& elements, const Growth& growth,
     }
 }
 
+/// All voxels go active, so that a later flood fill takes every sign as it stands.
 void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values) {
     auto* leaf = tree.touchLeaf(origin);
-    for (openvdb::Index v = 0; v < 512; ++v) {
-        leaf->setValueOnly(v, values[v]);
-        leaf->setActiveState(v, std::abs(values[v]) < kBand);
-    }
+    for (openvdb::Index v = 0; v < 512; ++v) leaf->setValueOnly(v, values[v]);
+    leaf->setValuesOn();
 }
 
 openvdb::FloatTree::Ptr unionTree(const std::vector<WorkElement>& elements, const Growth& growth) {

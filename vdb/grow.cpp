@@ -20,7 +20,7 @@ constexpr double kStuckShare = 0.01;
 
 Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base, const std::vector<Material>& materials)
     : elements_(elements), base_(base), claims_(elements, base), fronts_(elements.size()), fixedVolume_(elements.size(), 0),
-      touched_(elements.size()) {
+      touched_(elements.size()), measuredBlocks_(elements.size(), 0) {
     double most = 0;
     for (const WorkElement& e : elements)
         if (e.bodyVoxels) most = std::max(most, e.lost() / e.placedVolume);
@@ -83,11 +83,16 @@ void Growth::march(const RunContext& context) {
         each(ended, [&](Front& f) { f.march(f.stopTime + 3 / f.weight, stopTimes, false); });
         active = std::move(next);
     }
+    registerBlocks();
+}
+
+void Growth::registerBlocks() {
+    here_.clear();
     for (size_t i = 0; i < fronts_.size(); ++i)
         if (fronts_[i])
             for (const GrowthBlock& b : fronts_[i]->blocks) here_[b.origin].push_back(int(i));
     tbb::parallel_for(size_t(0), fronts_.size(), [&](size_t i) {
-        if (fronts_[i]) measureFixedPart(int(i));
+        if (fronts_[i] && fronts_[i]->blocks.size() != measuredBlocks_[i]) measureFixedPart(int(i));
     });
 }
 
@@ -142,6 +147,7 @@ void Growth::fillRegion(int i, const GrowthBlock& block, float* values) const {
             const Front& f = *fronts_[size_t(j)];
             const GrowthBlock& theirs = *f.probe(block.origin);
             for (int v = 0; v < 512; ++v) {
+                if (values[v] > 2) continue;  // well outside whatever the others did
                 const float psi = ownValue(j, theirs, v);
                 float taken = -psi;
                 if (f.hasTime(theirs, v)) {
@@ -165,24 +171,28 @@ void Growth::fillRegion(int i, const GrowthBlock& block, float* values) const {
 }
 
 WorkTree::Ptr Growth::region(int i) const {
+    const WorkTree::Ptr tree = rawRegion(i);
+    if (fronts_[size_t(i)]) dropIslands(*tree);
+    return tree;
+}
+
+WorkTree::Ptr Growth::rawRegion(int i) const {
     auto tree = std::make_shared<WorkTree>(*elements_[size_t(i)].body);
     if (!fronts_[size_t(i)]) return tree;
     float values[512];
     for (const GrowthBlock& block : fronts_[size_t(i)]->blocks) {
         fillRegion(i, block, values);
         WorkLeaf* leaf = tree->touchLeaf(block.origin);
-        for (openvdb::Index v = 0; v < 512; ++v) {
-            leaf->setValueOnly(v, values[v]);
-            leaf->setActiveState(v, std::abs(values[v]) < kBand);
-        }
+        for (openvdb::Index v = 0; v < 512; ++v) leaf->setValueOnly(v, values[v]);
     }
-    dropIslands(*tree);
     return tree;
 }
 
 /// Leaves more than a block away from any growth keep their volume whatever the stop times are.
 void Growth::measureFixedPart(int i) {
     std::vector<Coord>& touched = touched_[size_t(i)];
+    touched.clear();
+    measuredBlocks_[size_t(i)] = fronts_[size_t(i)]->blocks.size();
     for (const GrowthBlock& b : fronts_[size_t(i)]->blocks) {
         touched.push_back(b.origin);
         for (int side = 0; side < 6; ++side) {
@@ -204,7 +214,7 @@ void Growth::measureFixedPart(int i) {
 }
 
 double Growth::regionVolume(int i, double* slope) {
-    const WorkTree::Ptr tree = region(i);
+    const WorkTree::Ptr tree = rawRegion(i);
     const WorkReader reader(*tree);
     double volume = fixedVolume_[size_t(i)];
     for (const Coord& c : touched_[size_t(i)]) {
@@ -225,31 +235,49 @@ double Growth::regionVolume(int i, double* slope) {
     return volume;
 }
 
-void Growth::solveStopTimes(const std::vector<double>& targets, int rounds, const RunContext& context) {
+void Growth::solveStopTimes(const std::vector<double>& targets, const RunContext& context) {
+    // Jacobi rounds with Newton steps: elements depend on each other only where one stopped before the other came.
+    constexpr int kRounds = 3, kMostRounds = 14;
+    constexpr double kClose = 1e-4;
     const size_t n = fronts_.size();
-    const auto displaceAll = [&] {
-        tbb::parallel_for(size_t(0), n, [&](size_t i) {
-            if (fronts_[i]) displaceBodies(int(i));
-        });
-    };
-    displaceAll();
-    for (int round = 0; round < rounds; ++round) {
-        context.progress("growth", 0.6 + 0.4 * round / rounds);
-        std::vector<float> next(n);
-        tbb::parallel_for(size_t(0), n, [&](size_t i) {
-            if (!fronts_[i]) return;
-            const Front& f = *fronts_[i];
-            next[i] = f.stopTime;
-            if (f.exhausted) return;
+    std::vector<int> open;
+    for (size_t i = 0; i < n; ++i)
+        if (fronts_[i] && !fronts_[i]->exhausted) open.push_back(int(i));
+    std::vector<float> stopTimes(n + 1, std::numeric_limits<float>::infinity());
+    for (size_t i = 0; i < n; ++i)
+        if (fronts_[i]) stopTimes[i + 1] = fronts_[i]->stopTime;
+    const auto each = [](const std::vector<int>& list, const auto& f) { tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k], k); }); };
+    std::vector<int> all;
+    for (size_t i = 0; i < n; ++i)
+        if (fronts_[i]) all.push_back(int(i));
+    each(all, [&](int i, size_t) { displaceBodies(i); });
+    for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
+        context.progress("growth", 0.6 + 0.3 * std::min(1.0, double(round) / kRounds));
+        std::vector<float> next(open.size());
+        std::vector<char> far(open.size(), 0);
+        each(open, [&](int i, size_t k) {
+            const Front& f = *fronts_[size_t(i)];
             double slope;
-            const double volume = regionVolume(int(i), &slope);
-            if (slope <= 0) return;
-            const double limit = 1.0 / f.weight;  // a voxel at full speed: the times beyond are not all known
-            next[i] = float(std::max(0.0, f.stopTime + std::clamp((targets[i] - volume) / slope, -limit, limit)));
+            const double missing = targets[size_t(i)] - regionVolume(i, &slope);
+            const double limit = 1.0 / f.weight;  // a voxel at full speed
+            const double step = slope > 0 ? std::clamp(missing / slope, -limit, limit) : missing > 0 ? limit : 0;
+            next[k] = float(std::max(0.0, f.stopTime + step));
+            far[k] = std::abs(missing) > kClose * targets[size_t(i)];
         });
-        for (size_t i = 0; i < n; ++i)
-            if (fronts_[i]) fronts_[i]->stopTime = next[i];
-        displaceAll();
+        std::vector<int> stillFar;
+        for (size_t k = 0; k < open.size(); ++k) {
+            fronts_[size_t(open[k])]->stopTime = stopTimes[size_t(open[k]) + 1] = next[k];
+            if (far[k] || round + 1 < kRounds) stillFar.push_back(open[k]);
+        }
+        // Times must be known for three voxels past the stop; a front that has run dry gets a wider b.
+        each(stillFar, [&](int i, size_t) {
+            Front& f = *fronts_[size_t(i)];
+            if (round + 1 >= kRounds && round % 2 == 0 && f.frontSpeed() < kStuckShare * f.weight) f.widen(f.stopTime);
+            f.march(f.stopTime + 3 / f.weight, stopTimes, false);
+        });
+        registerBlocks();
+        each(open, [&](int i, size_t) { displaceBodies(i); });
+        open = std::move(stillFar);
     }
 }
 

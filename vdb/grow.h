@@ -20,7 +20,7 @@ class Growth {
 
     void march(const RunContext& context);
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels.
-    void solveStopTimes(const std::vector<double>& targets, int rounds, const RunContext& context);
+    void solveStopTimes(const std::vector<double>& targets, const RunContext& context);
 
     /// Level set of element i after growth, raw: right where it changes sign, not a distance farther out.
     WorkTree::Ptr region(int i) const;
@@ -31,6 +31,8 @@ class Growth {
     float ownValue(int i, const GrowthBlock& block, int v) const;
 
   private:
+    WorkTree::Ptr rawRegion(int i) const;
+    void registerBlocks();
     void displaceBodies(int i);
     void fillRegion(int i, const GrowthBlock& block, float* values) const;
     double regionVolume(int i, double* slope);
@@ -43,6 +45,7 @@ class Growth {
     std::map<Coord, std::vector<int>> here_;  // fronts with a block at an origin
     std::vector<double> fixedVolume_;         // of the leaves that growth does not touch
     std::vector<std::vector<Coord>> touched_;
+    std::vector<size_t> measuredBlocks_;
 };
 
 }  // namespace pavel

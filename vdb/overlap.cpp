@@ -59,7 +59,7 @@ void trimByBase(WorkElement& element, const openvdb::FloatTree& base) {
     });
 }
 
-/// Blocks that ended up uniform become tiles; the rest get their active states.
+/// Blocks that ended up uniform become tiles.
 void tidy(WorkTree& tree) {
     std::vector<std::pair<Coord, float>> uniform;
     for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
@@ -68,7 +68,6 @@ void tidy(WorkTree& tree) {
             const float x = leaf->getValue(v);
             in &= x <= -kBand;
             out &= x >= kBand;
-            leaf->setActiveState(v, std::abs(x) < kBand);
         }
         if (in || out) uniform.emplace_back(leaf->origin(), in ? -kBand : kBand);
     }

@@ -135,7 +135,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         growth.march(context);
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = elements[i].placedVolume;
-        growth.solveStopTimes(targets, 3, context);
+        growth.solveStopTimes(targets, context);
         // What re-distancing changes in the measure is small and hardly moves with the stop time: solve with it allowed for.
         std::vector<double> corrected = targets;
         forEachElement(n, context, "growth", 0.7, 0.8, [&](size_t i) {
@@ -143,7 +143,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const WorkTree::Ptr raw = growth.region(int(i));
             corrected[i] += measureInside(*raw).volume - measureInside(*redistanced(*raw)).volume;
         });
-        growth.solveStopTimes(corrected, 3, context);
+        growth.solveStopTimes(corrected, context);
         forEachElement(n, context, "growth", 0.9, 1, [&](size_t i) {
             const WorkElement& e = elements[i];
             ElementResult& r = result.elements[i];
@@ -157,7 +157,9 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             }
             const Front* f = growth.front(int(i));
             if (f && f->b > f->firstB) r.widenedB = f->b;
-            if (!e.bodyVoxels || (f && f->exhausted)) r.unrecoveredVolume = std::max(0.0, r.targetVolume - r.finalVolume);
+            // Rounding is no lack of room; what is missing beyond it could not be had back.
+            const double missing = r.targetVolume - r.finalVolume;
+            if (!e.bodyVoxels || (f && f->exhausted) || missing > 1e-3 * r.targetVolume) r.unrecoveredVolume = std::max(0.0, missing);
         });
         for (size_t i = 0; i < n; ++i) {
             if (!elements[i].bodyVoxels) swallowed.push_back(elements[i].id);

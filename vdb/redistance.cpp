@@ -17,7 +17,7 @@ struct Foot {
 /// One brick's window; index = (x * side + y) * side + z.
 class Window {
   public:
-    Window() : phi_(kSide * kSide * kSide), nearest_(phi_.size()), distance2_(phi_.size()) {}
+    Window() : phi_(kSide * kSide * kSide), nearest_(phi_.size()), distance2_(phi_.size()), queued_(phi_.size(), 0) {}
 
     template <class Tree>
     bool load(const Tree& tree, const Coord& origin) {
@@ -169,12 +169,13 @@ class Window {
                         if (d2 >= distance2_[n] || d2 > 12.25f) continue;
                         distance2_[n] = d2;
                         nearest_[n] = foot;
+                        if (queued_[n]) continue;
+                        queued_[n] = 1;
                         next_.push_back(int(n));
                     }
         }
         layer_.swap(next_);
-        std::sort(layer_.begin(), layer_.end());
-        layer_.erase(std::unique(layer_.begin(), layer_.end()), layer_.end());
+        for (int i : layer_) queued_[size_t(i)] = 0;
     }
 
     std::vector<float> phi_;
@@ -182,6 +183,7 @@ class Window {
     std::vector<float> distance2_;
     std::vector<Foot> feet_;
     std::vector<int> layer_, next_;
+    std::vector<char> queued_;
 };
 
 }  // namespace

@@ -93,10 +93,8 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
             }
         if (!near) continue;
         WorkLeaf* leaf = tree->touchLeaf(origin);
-        for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) {
-            leaf->setValueOnly(v, values[v]);
-            leaf->setActiveState(v, std::abs(values[v]) < kBand);
-        }
+        for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) leaf->setValueOnly(v, values[v]);
+        leaf->setValuesOn();  // the flood fill below must not touch a sign
     }
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
     return tree;

@@ -1,0 +1,174 @@
+#include <boost/iostreams/filter/gzip.hpp>
+#include <boost/iostreams/filtering_stream.hpp>
+#include <fstream>
+
+#include "pavel/core/error.h"
+#include "pavel/core/mesh_check.h"
+#include "pavel/core/shapes.h"
+#include "pavel/io/atomic_output.h"
+#include "pavel/io/mesh_read.h"
+#include "pavel/io/mesh_write.h"
+#include "pavel/io/preview.h"
+#include "support/meshes.h"
+
+namespace pavel {
+namespace {
+
+class MeshRoundTrip : public testing::TestWithParam<const char*> {};
+
+TEST_P(MeshRoundTrip, KeepsTheSolid) {
+    const test::TemporaryFolder folder;
+    MeshObject o;
+    o.name = "pearl";
+    o.mesh = makeShape("pearl");
+    const std::string path = folder / (std::string("pearl.") + GetParam());
+    writeMesh(path, {o}, 1e-3);
+    TriangleMesh back = readMesh(path);
+    EXPECT_EQ(back.triangles.size(), o.mesh.triangles.size());
+    makeSolid(back, path);
+    EXPECT_NEAR(meshVolume(back) / meshVolume(o.mesh), 1, 1e-5);
+}
+INSTANTIATE_TEST_SUITE_P(Formats, MeshRoundTrip, testing::Values("obj", "ply", "stl"));
+
+TEST(MeshWrite, ObjNamesItsObjects) {
+    const test::TemporaryFolder folder;
+    MeshObject a, b;
+    a.name = "element_00001_petal";
+    a.mesh = test::box({0, 0, 0}, {1, 1, 1});
+    b.name = "base";
+    b.mesh = test::box({2, 0, 0}, {3, 1, 1});
+    writeMesh(folder / "two.obj", {a, b}, 1e-3);
+    std::ifstream file(folder / "two.obj");
+    const std::string text((std::istreambuf_iterator<char>(file)), {});
+    EXPECT_NE(text.find("o element_00001_petal\n"), std::string::npos);
+    EXPECT_NE(text.find("o base\n"), std::string::npos);
+    const MeshFacts f = meshFacts(readMesh(folder / "two.obj"));
+    EXPECT_EQ(f.components, 2u);
+    EXPECT_NEAR(f.volume, 2, 1e-9);
+}
+
+TEST(MeshWrite, GlbIsInMetresWithYUp) {
+    const test::TemporaryFolder folder;
+    MeshObject o;
+    o.name = "thing";
+    o.mesh = test::box({0, 0, 0}, {10, 20, 30});
+    writeMesh(folder / "t.glb", {o}, 1e-3);
+    std::ifstream file(folder / "t.glb", std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+    EXPECT_EQ(bytes.substr(0, 4), "glTF");
+    uint32_t total;
+    std::memcpy(&total, bytes.data() + 8, 4);
+    EXPECT_EQ(total, bytes.size());
+    EXPECT_NE(bytes.find("\"name\":\"thing\""), std::string::npos);
+    // z up 30 mm becomes y up 0.03 m
+    EXPECT_NE(bytes.find("0.02999999"), std::string::npos);
+    EXPECT_THROW(writeMesh(folder / "t.xyz", {o}, 1), InputError);
+}
+
+TEST(MeshRead, PolygonsOffAndGzip) {
+    const test::TemporaryFolder folder;
+    writeText(folder / "cube.off", "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+                                   "4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n");
+    TriangleMesh m = readMesh(folder / "cube.off");
+    EXPECT_EQ(m.triangles.size(), 12u);
+    EXPECT_NEAR(meshVolume(m), 1, 1e-12);
+    std::ofstream file(folder / "cube.off.gz", std::ios::binary);
+    boost::iostreams::filtering_ostream out;
+    out.push(boost::iostreams::gzip_compressor());
+    out.push(file);
+    std::ifstream plain(folder / "cube.off");
+    out << plain.rdbuf();
+    out.reset();
+    file.close();
+    EXPECT_EQ(readMesh(folder / "cube.off.gz").triangles.size(), 12u);
+}
+
+TEST(MeshRead, BadFilesAreNamed) {
+    const test::TemporaryFolder folder;
+    const auto fails = [&](const std::string& name, const std::string& text, const std::string& says) {
+        if (!text.empty()) writeText(folder / name, text);
+        try {
+            readMesh(folder / name);
+            ADD_FAILURE() << name << " was read";
+        } catch (const InputError& e) {
+            EXPECT_NE(std::string(e.what()).find(name), std::string::npos) << e.what();
+            EXPECT_NE(std::string(e.what()).find(says), std::string::npos) << e.what();
+        }
+    };
+    fails("missing.obj", "", "no such file");
+    fails("a.fbx", "x", "unknown kind");
+    fails("nofaces.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no faces");
+    fails("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "faces name vertices");
+    fails("cut.stl", std::string(90, 'x'), "STL");
+    fails("text.ply", "not a ply\n", "ply");
+    fails("broken.obj.gz", "this is not gzip", "damaged");
+}
+
+TEST(MeshRead, DevelopmentSetAgreesWithItsTable) {
+    PAVEL_NEED_MESH(spot, "spot.obj");
+    const MeshFacts f = meshFacts(readMesh(spot));
+    EXPECT_EQ(f.vertices, 2930u);
+    EXPECT_EQ(f.triangles, 5856u);
+    EXPECT_TRUE(f.fit());
+    EXPECT_NEAR(f.volume, 0.7183, 1e-4);
+    const MeshFacts binary = meshFacts(readMesh(test::developmentMesh("spot_binary.ply")));
+    EXPECT_EQ(binary.triangles, f.triangles);
+    EXPECT_NEAR(binary.volume / f.volume, 1, 1e-5);
+    const MeshFacts quads = meshFacts(readMesh(test::developmentMesh("spot_quads.obj")));
+    EXPECT_EQ(quads.euler, 2);
+    EXPECT_NEAR(quads.volume, 0.8448, 2e-3);
+    TriangleMesh open = readMesh(test::developmentMesh("bunny_raw_open.obj"));
+    EXPECT_EQ(boundaryLoops(open).size(), 5u);
+    EXPECT_THROW(makeSolid(open, "bunny_raw_open.obj"), InputError);
+    RepairOptions fill;
+    fill.fillHoles = true;
+    makeSolid(open, "bunny_raw_open.obj", fill);
+    EXPECT_TRUE(meshFacts(open).fit());
+}
+
+TEST(Preview, ShowsALitSphere) {
+    const test::TemporaryFolder folder;
+    MeshObject o;
+    o.mesh = test::sphere(1);
+    o.color = Vec3(1, 0, 0);
+    View view;
+    view.width = view.height = 64;
+    renderPng(folder / "s.png", {o}, view);
+    EXPECT_GT(std::filesystem::file_size(folder / "s.png"), 500u);
+    EXPECT_THROW(renderPng(folder / "none/s.png", {o}, view), RunError);
+}
+
+TEST(AtomicOutput, WholeOrNotAtAll) {
+    const test::TemporaryFolder folder;
+    const std::string target = folder / "result";
+    {
+        AtomicOutput out(target, true, false);
+        writeText(out.place("scene.json"), "{}");
+    }
+    EXPECT_FALSE(std::filesystem::exists(target));
+    {
+        AtomicOutput out(target, true, false);
+        writeText(out.place("scene.json"), "{}");
+        out.commit();
+    }
+    EXPECT_TRUE(std::filesystem::exists(target + "/scene.json"));
+    EXPECT_THROW(AtomicOutput(target, true, false), InputError);
+    {
+        AtomicOutput out(target, true, true);
+        writeText(out.place("seeds.json"), "{}");
+        out.commit();
+    }
+    EXPECT_FALSE(std::filesystem::exists(target + "/scene.json"));
+    EXPECT_TRUE(std::filesystem::exists(target + "/seeds.json"));
+    // Somebody else's folder is not overwritten, even with force.
+    std::filesystem::create_directory(folder / "photos");
+    writeText(folder / "photos/cat.png", "x");
+    EXPECT_THROW(AtomicOutput(folder / "photos", true, true), InputError);
+    EXPECT_THROW(AtomicOutput(folder / "none/deep", true, false), InputError);
+    size_t entries = 0;
+    for (const auto& e : std::filesystem::directory_iterator(folder / ".")) entries += e.exists();
+    EXPECT_EQ(entries, 2u);  // nothing temporary is left
+}
+
+}  // namespace
+}  // namespace pavel

@@ -1,0 +1,97 @@
+#include "pavel/vdb/grow.h"
+
+#include "pavel/vdb/redistance.h"
+#include "support/elements.h"
+
+namespace pavel {
+namespace {
+
+TEST(Redistance, MakesATrueDistanceOfADistortedOne) {
+    // Right zero set, wrong slopes: f = (r - R)(1.6 + 0.5 sin 3x), cut at the band.
+    constexpr double R = 22;
+    const Vec3 c(0.3, 0.1, -0.2);
+    WorkTree raw(kBand);
+    for (auto it = CoordBBox(Coord(-32), Coord(32)).begin(); it; ++it) {
+        const Vec3 p = centreOf(*it) - c;
+        const double f = (length(p) - R) * (1.6 + 0.5 * std::sin(0.3 * p[0]));
+        raw.setValue(*it, float(std::clamp(f, -4.0, 4.0)));
+    }
+    const auto tree = redistanced(raw);
+    EXPECT_LT(test::gradientError(*tree), 0.02);
+    double worst = 0, sum = 0;
+    size_t n = 0;
+    for (auto it = tree->cbeginValueOn(); it; ++it) {
+        const double d = length(centreOf(it.getCoord()) - c) - R;
+        worst = std::max(worst, std::abs(*it - d));
+        sum += std::abs(*it - d);
+        ++n;
+    }
+    EXPECT_LT(worst, 0.3);
+    EXPECT_LT(sum / double(n), 0.03);
+    EXPECT_LT(tree->getValue(Coord(0)), 0);
+    EXPECT_GT(tree->getValue(Coord(100)), 0);
+    EXPECT_EQ(tree->background(), kResultBand);
+}
+
+struct Pair {
+    std::vector<WorkElement> elements;
+    std::unique_ptr<Growth> growth;
+    std::vector<WorkTree::Ptr> packed;
+};
+
+Pair grownPair(double distance, Material material) {
+    Pair p;
+    p.elements = test::elementsAt(test::sphere(20, {0, 0, 0}, 128), {{0.1, 0.2, 0.3}, {0.1 + distance, 0.2, 1.3}});
+    test::resolve(p.elements);
+    p.growth = std::make_unique<Growth>(p.elements, nullptr, std::vector<Material>{material});
+    RunContext context;
+    p.growth->march(context);
+    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, context);
+    for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(*p.growth->region(i)));
+    return p;
+}
+
+class GrownPair : public testing::TestWithParam<Material> {};
+
+TEST_P(GrownPair, RecoversVolumeDisjointWithoutGap) {
+    const Pair p = grownPair(30, GetParam());
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_FALSE(p.growth->front(i)->exhausted);
+        EXPECT_NEAR(measureInside(*p.packed[size_t(i)]).volume / p.elements[size_t(i)].placedVolume, 1, 1.5e-3);
+        EXPECT_LT(test::gradientError(*p.packed[size_t(i)]), 0.03);
+    }
+    const WorkReader a(*p.packed[0]), b(*p.packed[1]);
+    for (auto it = p.packed[0]->cbeginValueOn(); it; ++it)
+        if (*it < -0.1) EXPECT_GT(b.getValue(it.getCoord()), -0.1);
+    // Across the contact disc the two surfaces are the same.
+    const Vec3 middle = 0.5 * (p.elements[0].centre + p.elements[1].centre), n = normalized(p.elements[1].centre - p.elements[0].centre);
+    const Vec3 u = anyPerpendicular(n), v = cross(n, u);
+    double gap = 0;
+    int count = 0;
+    for (double s = -8; s <= 8; s += 1)
+        for (double t = -8; t <= 8; t += 1, ++count) gap += std::abs(sampleAt(a, middle + s * u + t * v) + sampleAt(b, middle + s * u + t * v));
+    EXPECT_LT(gap / count, 0.05);
+}
+INSTANTIATE_TEST_SUITE_P(Materials, GrownPair, testing::Values(Material{0.05, 0.15}, Material{0.1, 0.3}, Material{0.2, 0.6}));
+
+TEST(Growth, BulgesNearTheContactAndNowhereElse) {
+    const Pair p = grownPair(30, Material{0.1, 0.3});
+    const WorkElement& e = p.elements[0];
+    // b = 0.3 of the diagonal (69 voxels): nothing moves 21 voxels away from the contact.
+    const Vec3 away = normalized(e.centre - p.elements[1].centre);
+    EXPECT_NEAR(sampleAt(WorkReader(*p.packed[0]), e.centre + 20.0 * away), 0, 0.05);
+    double most = 0;
+    for (auto it = p.packed[0]->cbeginValueOn(); it; ++it)
+        if (*it < 0) most = std::max(most, length(centreOf(it.getCoord()) - e.centre));
+    EXPECT_GT(most, 20.5);  // the collar stands out
+    EXPECT_LT(most, 27);
+}
+
+TEST(Growth, SpheresApartDoNotChange) {
+    const Pair p = grownPair(45, Material{});
+    EXPECT_EQ(p.growth->front(0), nullptr);
+    EXPECT_NEAR(measureInside(*p.packed[0]).volume / p.elements[0].placedVolume, 1, 2e-4);
+}
+
+}  // namespace
+}  // namespace pavel

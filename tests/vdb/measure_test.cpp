@@ -1,0 +1,63 @@
+#include "pavel/vdb/measure.h"
+
+#include "pavel/core/rng.h"
+#include "pavel/vdb/recovery_function.h"
+#include "support/elements.h"
+
+namespace pavel {
+namespace {
+
+TEST(RecoveryFunction, ValuesAndSlopes) {
+    constexpr double a = 0.1, b = 0.3;
+    EXPECT_EQ(recoveryFunction(0, a, b), 0);
+    EXPECT_EQ(recoveryFunction(-1, a, b), 0);
+    EXPECT_DOUBLE_EQ(recoveryFunction(a, a, b), 1);
+    EXPECT_DOUBLE_EQ(recoveryFunction((a + b) / 2, a, b), 0.5);
+    EXPECT_EQ(recoveryFunction(b, a, b), 0);
+    EXPECT_EQ(recoveryFunction(1, a, b), 0);
+    const auto slope = [&](double x) { return (recoveryFunction(x + 1e-7, a, b) - recoveryFunction(x - 1e-7, a, b)) / 2e-7; };
+    EXPECT_NEAR(slope(a), 0, 1e-4);
+    EXPECT_NEAR(slope((a + b) / 2), -2 / (b - a), 1e-4);
+    EXPECT_NEAR(slope(b), 0, 1e-4);
+}
+
+TEST(CubeShare, MatchesSampling) {
+    Rng rng(5, 0);
+    for (int trial = 0; trial < 40; ++trial) {
+        const Vec3 n = normalized(Vec3(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1)));
+        const double d = rng.uniform(-0.9, 0.9);
+        constexpr int k = 60;
+        int inside = 0;
+        for (int x = 0; x < k; ++x)
+            for (int y = 0; y < k; ++y)
+                for (int z = 0; z < k; ++z) inside += dot(n, Vec3((x + .5) / k - .5, (y + .5) / k - .5, (z + .5) / k - .5)) + d < 0;
+        EXPECT_NEAR(cubeShareUnderPlane(d, n), inside / double(k * k * k), 3e-3);
+    }
+    EXPECT_DOUBLE_EQ(cubeShareUnderPlane(0, Vec3(0, 0, 1)), 0.5);
+    EXPECT_NEAR(cubeShareUnderPlane(0.25, Vec3(0, 1, 0)), 0.25, 1e-6);
+}
+
+class BallVolume : public testing::TestWithParam<double> {};
+TEST_P(BallVolume, IsMeasuredToATenthOfAPerCent) {
+    const double r = GetParam();
+    const auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0.3, -0.2, 0.45}});
+    EXPECT_NEAR(e[0].placedVolume / test::ballVolume(r), 1, 1.5e-3 * 15 * 15 / (r * r) + 3e-4);
+    EXPECT_NEAR(double(e[0].placedVoxels) / test::ballVolume(r), 1, 5e-3);
+}
+INSTANTIATE_TEST_SUITE_P(Radii, BallVolume, testing::Values(15.0, 30.0, 60.0));
+
+TEST(Voxelize, RotatedPlacementIsTheSameSolid) {
+    const TriangleMesh box = test::box({-12, -8, 0}, {12, 8, 10});
+    const CanonicalField field = makeCanonicalField(box, 1, 0.9, 1.1);
+    Frame f = frameFromNormal({3.3, 4.4, 5.5}, {1, 2, 3}, {1, 0, 0}, 33, 1.1);
+    const auto tree = voxelizePlacement(field, f);
+    EXPECT_NEAR(measureInside(*tree).volume / (24 * 16 * 10 * 1.1 * 1.1 * 1.1), 1, 4e-3);
+    // distance to a face's plane, at a point outside its middle
+    const WorkReader reader(*tree);
+    EXPECT_NEAR(sampleAt(reader, f.apply({0, 0, 10 + 2 / 1.1})), 2, 0.05);
+    EXPECT_NEAR(sampleAt(reader, f.apply({0, 0, 10 - 2 / 1.1})), -2, 0.05);
+    EXPECT_LT(tree->getValue(Coord(int(f.apply({0, 0, 5})[0]), int(f.apply({0, 0, 5})[1]), int(f.apply({0, 0, 5})[2]))), 0);
+}
+
+}  // namespace
+}  // namespace pavel

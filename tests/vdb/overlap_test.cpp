@@ -1,0 +1,137 @@
+#include "pavel/vdb/overlap.h"
+
+#include <openvdb/tools/Composite.h>
+#include <openvdb/tools/LevelSetSphere.h>
+
+#include "support/elements.h"
+
+namespace pavel {
+namespace {
+
+TEST(Trim, EqualSpheresLoseTheirCapsAndMeetInTheBisector) {
+    constexpr double r = 24, d = 36;
+    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0.2, 0.1, -0.3}, {0.2 + d * 0.6, 0.1 + d * 0.8, -0.3}});
+    test::resolve(e);
+    for (const WorkElement& w : e) {
+        EXPECT_NEAR(w.lost() / test::capVolume(r, r - d / 2), 1, 0.01);
+        EXPECT_NEAR(w.bodyVolume / (test::ballVolume(r) - test::capVolume(r, r - d / 2)), 1, 2e-3);
+        EXPECT_TRUE(w.islands.empty());
+    }
+    // On the bisector both bodies are at zero; bodies are disjoint.
+    const WorkReader a(*e[0].body), b(*e[1].body);
+    const Vec3 middle = 0.5 * (e[0].centre + e[1].centre), n = normalized(e[1].centre - e[0].centre), u = anyPerpendicular(n), v = cross(n, u);
+    for (double s = -10; s <= 10; s += 2.5)
+        for (double t = -10; t <= 10; t += 2.5) {
+            const Vec3 p = middle + s * u + t * v;
+            EXPECT_NEAR(sampleAt(a, p), 0, 1e-3);
+            EXPECT_NEAR(sampleAt(b, p), 0, 1e-3);
+        }
+    for (auto it = e[0].body->cbeginValueAll(); it; ++it)
+        if (it.isVoxelValue() && *it < 0) EXPECT_GE(b.getValue(it.getCoord()), 0);
+}
+
+TEST(Trim, AgreesWithTheVdbBooleanOperation) {
+    constexpr double r = 20, d = 28;
+    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, 0}, {d, 3, 1}});
+    test::resolve(e);
+    // The same cut by tools::csgDifference: the part of the other on its side of the bisector.
+    const auto gridOf = [](const WorkTree& t) {
+        auto g = openvdb::FloatGrid::create(kBand);
+        for (auto leaf = t.cbeginLeaf(); leaf; ++leaf) g->tree().addLeaf(new WorkLeaf(*leaf));
+        openvdb::tools::signedFloodFill(g->tree());
+        return g;
+    };
+    auto own = gridOf(*e[0].placed), cutter = gridOf(*e[1].placed);
+    const Bisector g(e[0], e[1]);
+    auto half = openvdb::FloatGrid::create(kBand);
+    const CoordBBox box(Coord(-40), Coord(80));
+    for (auto it = box.begin(); it; ++it) {
+        const double side = -g(centreOf(*it));
+        half->tree().setValue(*it, float(std::clamp(side, -double(kBand), double(kBand))));
+    }
+    openvdb::tools::csgIntersection(*cutter, *half);
+    openvdb::tools::csgDifference(*own, *cutter);
+    const WorkReader body(*e[0].body);
+    size_t compared = 0;
+    for (auto it = own->cbeginValueOn(); it; ++it) {
+        if (!it.isVoxelValue() || std::abs(*it) > 1.5) continue;
+        EXPECT_NEAR(body.getValue(it.getCoord()), *it, 0.02);
+        ++compared;
+    }
+    EXPECT_GT(compared, 10000u);
+}
+
+TEST(Trim, SphereOnAPlane) {
+    constexpr double r = 20, sunk = 7;
+    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, r - sunk}});
+    const auto base = voxelizeBase(test::box({-60, -60, -30}, {60, 60, 0}), 1);
+    test::resolve(e, &base->tree());
+    EXPECT_NEAR(e[0].lost() / test::capVolume(r, sunk), 1, 0.01);
+    EXPECT_TRUE(e[0].contacts.empty());
+    // Its contact is the circle in the plane z = 0.
+    ASSERT_EQ(e[0].contact->rimCount(), 1u);
+    const double circle = std::sqrt(r * r - (r - sunk) * (r - sunk));
+    for (const Vec3f& p : e[0].contact->rimPoints(0)) {
+        EXPECT_NEAR(p[2], 0, 0.05);
+        EXPECT_NEAR(std::hypot(p[0], p[1]), circle, 0.1);
+    }
+}
+
+TEST(Trim, CoincidentElementsGoToTheLowerId) {
+    auto e = test::elementsAt(test::sphere(12), {{0, 0, 0}, {0, 0, 0}});
+    test::resolve(e);
+    EXPECT_NEAR(e[0].bodyVolume, e[0].placedVolume, 1e-9);
+    EXPECT_EQ(e[1].bodyVoxels, 0u);
+}
+
+TEST(Contact, RimOfTwoSpheresAndDistanceToIt) {
+    constexpr double r = 24, d = 36;
+    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, 0}, {d, 0, 0}});
+    test::resolve(e);
+    ASSERT_EQ(e[0].contacts, std::vector<int>{1});
+    const double circle = std::sqrt(r * r - d * d / 4);
+    for (const Vec3f& p : e[0].contact->rimPoints(0)) {
+        EXPECT_NEAR(p[0], d / 2, 0.05);
+        EXPECT_NEAR(std::hypot(p[1], p[2]), circle, 0.06);
+    }
+    const ContactDistance& distance = *e[0].contact;
+    for (double t = 0; t < 6.2; t += 0.37) {
+        const Vec3 radial(0, std::cos(t), std::sin(t));
+        EXPECT_NEAR(distance(Vec3(d / 2, 0, 0) + (circle + 3) * radial), 3, 0.08);
+        EXPECT_NEAR(distance(Vec3(d / 2 - 8, 0, 0) + (circle + 6) * radial), 10, 0.08);
+    }
+}
+
+TEST(Contact, ManySmoothlyJoined) {
+    ContactDistance one, two;
+    one.addRim({Vec3f(0, 0, 0)});
+    two.addRim({Vec3f(0, 0, 0)});
+    two.addRim({Vec3f(10, 0, 0)});
+    EXPECT_NEAR(one({3, 4, 0}), 5, 1e-6);
+    EXPECT_NEAR(two({5, 0, 0}), 5 * std::pow(2, -0.25), 1e-6);
+    EXPECT_EQ(two({10, 0, 0}), 0);
+    EXPECT_LT(two({3, 4, 0}), 5);
+    EXPECT_GT(ContactDistance()({0, 0, 0}), 1e8);
+}
+
+TEST(Islands, TheLargestPieceStays) {
+    WorkTree tree(kBand);
+    const auto fill = [&](const CoordBBox& b) {
+        for (auto it = b.begin(); it; ++it) tree.setValue(*it, -1);
+    };
+    fill({Coord(0, 0, 0), Coord(20, 6, 6)});
+    fill({Coord(30, 0, 0), Coord(32, 2, 2)});
+    EXPECT_EQ(dropIslands(tree).size(), 27u);
+    EXPECT_LT(tree.getValue(Coord(20, 6, 6)), 0);
+    EXPECT_GT(tree.getValue(Coord(31, 1, 1)), 0);
+    EXPECT_TRUE(dropIslands(tree).empty());
+}
+
+TEST(Islands, PiecesJoinedAcrossBlocksAreOne) {
+    WorkTree tree(kBand);
+    for (int x = -20; x < 40; ++x) tree.setValue(Coord(x, 7, 8), -1);
+    EXPECT_TRUE(dropIslands(tree).empty());
+}
+
+}  // namespace
+}  // namespace pavel

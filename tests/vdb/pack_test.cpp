@@ -1,0 +1,172 @@
+#include "pavel/vdb/pack.h"
+
+#include <tbb/global_control.h>
+
+#include <map>
+
+#include "pavel/core/error.h"
+#include "pavel/core/mesh_check.h"
+#include "pavel/core/shapes.h"
+#include "pavel/seeding/cvt.h"
+#include "pavel/vdb/extract.h"
+#include "pavel/vdb/packed_grids.h"
+#include "support/elements.h"
+
+namespace pavel {
+namespace {
+
+struct SmallScene {
+    TriangleMesh base = test::sphere(26, {1, 2, 3}, 64);
+    std::vector<ElementKind> kinds{2};
+    std::vector<PlacedElement> placed;
+    SmallScene() {
+        kinds[0].mesh = makeShape("pearl", {{"radius", 9}});
+        kinds[1].mesh = makeShape("pebble", {{"length", 20}, {"width", 17}, {"height", 14}});
+        for (ElementKind& k : kinds) k.footprint = footprintArea(k.mesh), k.diagonal = meshBounds(k.mesh).diagonal();
+        const Surface surface(base);
+        CvtOptions options;
+        options.iterations = 30;
+        std::vector<Seed> seeds;
+        for (const SurfacePoint& p : centroidalSeeds(surface, 42, options)) {
+            Seed s;
+            s.id = int(seeds.size()) + 1;
+            s.kind = s.id % 2;
+            s.position = p.position;
+            s.normal = p.normal;
+            s.rotation = 31 * s.id;
+            seeds.push_back(s);
+        }
+        placed = placeElements(seeds, kinds);
+    }
+    Packing run() const {
+        RunContext context;
+        PackOptions options;
+        options.voxelSize = 0.55;  // 33 voxels across
+        options.solidWithBase = true;
+        return pack(base, kinds, placed, options, context);
+    }
+};
+
+const Packing& packedOnce() {
+    static const Packing p = SmallScene().run();
+    return p;
+}
+
+TEST(Pack, EveryElementKeepsItsVolume) {
+    const Packing& p = packedOnce();
+    double lost = 0, initial = 0;
+    for (const ElementResult& e : p.elements) {
+        EXPECT_NEAR((e.finalVolume + e.unrecoveredVolume) / e.targetVolume, 1, 2e-3) << e.id;
+        EXPECT_EQ(e.unrecoveredVolume, 0) << e.id;
+        EXPECT_GE(e.contacts.size(), 3u) << e.id;
+        lost += e.lostVolume;
+        initial += e.initialVolume;
+    }
+    EXPECT_GT(lost / initial, 0.05);  // else the scene tests nothing
+    EXPECT_LT(lost / initial, 0.4);
+}
+
+TEST(Pack, IdsCountTheVolumes) {
+    const Packing& p = packedOnce();
+    std::map<int, double> voxels;
+    for (auto it = p.grids->ids->cbeginValueOn(); it; ++it) voxels[*it] += double(it.getVoxelCount());
+    ASSERT_EQ(voxels.size(), p.elements.size());
+    const double h3 = std::pow(p.voxelSize, 3);
+    for (const ElementResult& e : p.elements) EXPECT_NEAR(voxels[e.id] * h3 / e.finalVolume, 1, 0.01);
+}
+
+TEST(Pack, NoPointInsideTwoElementsOrTheBase) {
+    const Packing& p = packedOnce();
+    openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> base(*p.grids->base);
+    for (size_t i = 0; i < p.elements.size(); ++i)
+        for (auto it = p.grids->elements[i]->cbeginValueOn(); it; ++it) {
+            if (*it >= -0.1) continue;
+            EXPECT_GT(base.getValue(it.getCoord()), -0.1);
+            for (int other : p.elements[i].contacts) {
+                if (other < int(i)) EXPECT_GT(p.grids->elements[size_t(other) - 1]->getValue(it.getCoord()), -0.1);
+            }
+        }
+}
+
+TEST(Pack, LevelSetsAreDistances) {
+    const Packing& p = packedOnce();
+    double sum = 0;
+    for (const auto& e : p.grids->elements) sum += test::gradientError(*e);
+    EXPECT_LT(sum / double(p.elements.size()), 0.03);
+    EXPECT_LT(test::gradientError(*p.grids->surface), 0.05);
+}
+
+TEST(Pack, MeshesAreClosedAndHoldTheVolume) {
+    const Packing& p = packedOnce();
+    for (int id : {1, 17, 42}) {
+        const MeshFacts f = meshFacts(extractElement(p, id));
+        EXPECT_TRUE(f.fit());
+        EXPECT_EQ(f.components, 1u);
+        EXPECT_NEAR(f.volume / p.elements[size_t(id) - 1].finalVolume, 1, 0.02);
+    }
+    double elements = 0;
+    for (const ElementResult& e : p.elements) elements += e.finalVolume;
+    const LabelledMesh solid = extractFused(p, true);
+    const MeshFacts f = meshFacts(solid.mesh);
+    EXPECT_EQ(f.boundaryEdges, 0u);
+    EXPECT_EQ(f.nonManifoldEdges, 0u);
+    EXPECT_GT(f.volume, 0);
+    // Cavities between pearls and base are filled or open, slits closed: a little more than the sum.
+    EXPECT_NEAR(f.volume / (elements + test::ballVolume(26)), 1, 0.02);
+    size_t decorated = 0;
+    for (int id : solid.ids) decorated += id > 0;
+    EXPECT_GT(double(decorated) / double(solid.ids.size()), 0.9);
+}
+
+TEST(Pack, DoesNotDependOnThreads) {
+    const SmallScene scene;
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    const Packing a = scene.run();
+    const Packing& b = packedOnce();
+    for (size_t i = 0; i < a.elements.size(); ++i) {
+        EXPECT_EQ(a.elements[i].finalVolume, b.elements[i].finalVolume);
+        ASSERT_TRUE(a.grids->elements[i]->hasSameTopology(*b.grids->elements[i]));
+        auto x = a.grids->elements[i]->cbeginValueOn(), y = b.grids->elements[i]->cbeginValueOn();
+        for (; x; ++x, ++y) ASSERT_EQ(*x, *y);
+    }
+    ASSERT_TRUE(a.grids->surface->hasSameTopology(*b.grids->surface));
+    auto x = a.grids->surface->cbeginValueOn(), y = b.grids->surface->cbeginValueOn();
+    for (; x; ++x, ++y) ASSERT_EQ(*x, *y);
+}
+
+TEST(Pack, SwallowedAndWalledInElementsAreNamed) {
+    SmallScene scene;
+    ElementKind tiny;
+    tiny.mesh = makeShape("pearl", {{"radius", 3}});
+    scene.kinds.push_back(tiny);
+    scene.placed.resize(1);
+    scene.placed[0].kind = 0;
+    PlacedElement inside = scene.placed[0];
+    inside.id = 2;
+    inside.worldFromElement.origin -= 12.0 * inside.worldFromElement.z;  // wholly below the surface
+    inside.kind = 2;
+    scene.placed.push_back(inside);
+    RunContext context;
+    PackOptions options;
+    options.voxelSize = 0.6;
+    const Packing p = pack(scene.base, scene.kinds, scene.placed, options, context);
+    EXPECT_EQ(p.elements[1].finalVolume, 0);
+    EXPECT_NEAR(p.elements[1].unrecoveredVolume, p.elements[1].targetVolume, 1e-12);
+    ASSERT_EQ(context.warnings.size(), 1u);
+    EXPECT_NE(context.warnings[0].find("swallowed"), std::string::npos);
+    EXPECT_NE(context.warnings[0].find("2"), std::string::npos);
+}
+
+TEST(Pack, CancelStopsTheRun) {
+    const SmallScene scene;
+    RunContext context;
+    context.onProgress = [&](const std::string& stage, double) {
+        if (stage == "overlap") context.cancelled = true;
+    };
+    PackOptions options;
+    options.voxelSize = 0.55;
+    EXPECT_THROW(pack(scene.base, scene.kinds, scene.placed, options, context), Interrupted);
+}
+
+}  // namespace
+}  // namespace pavel
