@@ -13,7 +13,9 @@ Bounds meshBounds(const TriangleMesh& mesh) {
     return b;
 }
 
-double triangleArea(const Vec3& a, const Vec3& b, const Vec3& c) { return 0.5 * length(cross(b - a, c - a)); }
+double triangleArea(const Vec3& a, const Vec3& b, const Vec3& c) {
+    return 0.5 * length(cross(b - a, c - a));
+}
 
 double meshArea(const TriangleMesh& mesh) {
     double sum = 0;

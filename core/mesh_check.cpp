@@ -24,8 +24,9 @@ std::vector<Edge> sortedEdges(const TriangleMesh& mesh) {
             edges.push_back({std::min(a, b), std::max(a, b), int(t), k, a < b});
         }
     }
-    std::sort(edges.begin(), edges.end(),
-              [](const Edge& a, const Edge& b) { return std::tie(a.lo, a.hi, a.triangle) < std::tie(b.lo, b.hi, b.triangle); });
+    std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+        return std::tie(a.lo, a.hi, a.triangle) < std::tie(b.lo, b.hi, b.triangle);
+    });
     return edges;
 }
 
@@ -159,7 +160,8 @@ std::string describeLoops(const TriangleMesh& mesh, const std::vector<std::vecto
         for (int v : loops[i]) c += mesh.points[size_t(v)];
         c /= double(loops[i].size());
         char line[160];
-        std::snprintf(line, sizeof line, "%s%zu edges around (%.4g, %.4g, %.4g)", i ? "; " : "", loops[i].size(), c[0], c[1], c[2]);
+        std::snprintf(line, sizeof line, "%s%zu edges around (%.4g, %.4g, %.4g)", i ? "; " : "", loops[i].size(), c[0],
+                      c[1], c[2]);
         text += line;
     }
     if (loops.size() > 5) text += "; and " + std::to_string(loops.size() - 5) + " more";
@@ -217,9 +219,12 @@ MeshFacts meshFacts(const TriangleMesh& mesh) {
     const std::vector<Edge> edges = sortedEdges(mesh);
     forEachEdgeGroup(edges, [&](size_t i, size_t j) {
         ++edgeCount;
-        if (j - i == 1) ++f.boundaryEdges;
-        else if (j - i > 2) ++f.nonManifoldEdges;
-        else if (edges[i].forward == edges[i + 1].forward) ++f.misorientedEdges;
+        if (j - i == 1)
+            ++f.boundaryEdges;
+        else if (j - i > 2)
+            ++f.nonManifoldEdges;
+        else if (edges[i].forward == edges[i + 1].forward)
+            ++f.misorientedEdges;
     });
     for (const Triangle& t : mesh.triangles) f.degenerateTriangles += hasZeroArea(mesh, t);
     TriangleMesh copy = mesh;
@@ -231,7 +236,8 @@ MeshFacts meshFacts(const TriangleMesh& mesh) {
 }
 
 std::vector<std::vector<int>> boundaryLoops(const TriangleMesh& mesh) {
-    std::multimap<int, int> next;  // a boundary edge a -> b is walked b -> a, so that the filling agrees with the surface
+    std::multimap<int, int>
+        next;  // a boundary edge a -> b is walked b -> a, so that the filling agrees with the surface
     const std::vector<Edge> edges = sortedEdges(mesh);
     forEachEdgeGroup(edges, [&](size_t i, size_t j) {
         if (j - i != 1) return;
@@ -260,15 +266,18 @@ std::vector<std::string> makeSolid(TriangleMesh& mesh, const std::string& name, 
     if (mesh.triangles.empty()) throw InputError(name + ": the mesh has no faces");
     for (size_t i = 0; i < mesh.points.size(); ++i)
         if (!isFinite(mesh.points[i]))
-            throw InputError(name + ": vertex " + std::to_string(i + 1) + " has a coordinate that is not a finite number");
+            throw InputError(name + ": vertex " + std::to_string(i + 1) +
+                             " has a coordinate that is not a finite number");
     if (const size_t n = weld(mesh)) done.push_back("welded " + std::to_string(n) + " vertices at equal places");
     if (const size_t n = removeCollapsed(mesh)) done.push_back("dropped " + std::to_string(n) + " collapsed faces");
-    if (const size_t n = removeUnusedVertices(mesh)) done.push_back("dropped " + std::to_string(n) + " unused vertices");
+    if (const size_t n = removeUnusedVertices(mesh))
+        done.push_back("dropped " + std::to_string(n) + " unused vertices");
     if (mesh.triangles.empty()) throw InputError(name + ": every face is degenerate");
     MeshFacts facts = meshFacts(mesh);
     if (facts.nonManifoldEdges)
-        throw InputError(name + ": " + std::to_string(facts.nonManifoldEdges) +
-                         " edges belong to more than two faces; mend the mesh in a modeller (remove doubled or inner faces)");
+        throw InputError(
+            name + ": " + std::to_string(facts.nonManifoldEdges) +
+            " edges belong to more than two faces; mend the mesh in a modeller (remove doubled or inner faces)");
     if (facts.misorientedEdges || facts.volume < 0)
         if (const size_t n = orient(mesh)) done.push_back("turned " + std::to_string(n) + " faces outward");
     if (facts.boundaryEdges) {
@@ -287,7 +296,8 @@ std::vector<std::string> makeSolid(TriangleMesh& mesh, const std::string& name, 
     }
     facts = meshFacts(mesh);
     if (!facts.closed()) throw InputError(name + ": the mesh could not be closed; mend it in a modeller");
-    if (facts.misorientedEdges) throw InputError(name + ": the faces cannot be oriented consistently (a one-sided surface?)");
+    if (facts.misorientedEdges)
+        throw InputError(name + ": the faces cannot be oriented consistently (a one-sided surface?)");
     if (!(facts.volume > 0)) throw InputError(name + ": the mesh encloses no volume");
     return done;
 }

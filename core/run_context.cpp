@@ -54,6 +54,8 @@ size_t peakResidentBytes() {
     return size_t(usage.ru_maxrss) * 1024;
 }
 
-const char* version() { return PAVEL_VERSION; }
+const char* version() {
+    return PAVEL_VERSION;
+}
 
 }  // namespace pavel

@@ -12,7 +12,9 @@ void need(bool ok, const std::string& message) {
     if (!ok) throw InputError(message);
 }
 
-bool positive(double v) { return std::isfinite(v) && v > 0; }
+bool positive(double v) {
+    return std::isfinite(v) && v > 0;
+}
 
 void checkMaterial(double a, double b, const std::string& where) {
     need(positive(a) && std::isfinite(b) && b > a && b <= 3, where + ": a and b must satisfy 0 < a < b <= 3");
@@ -32,7 +34,9 @@ void validate(const Scene& s) {
     need(!(s.voxelSize && s.resolution), "give voxel_size or resolution, not both");
     need(s.voxelSize || s.resolution, "give voxel_size (a length) or resolution (voxels across an element)");
     if (s.voxelSize) need(positive(*s.voxelSize), "voxel_size must be above 0");
-    if (s.resolution) need(std::isfinite(*s.resolution) && *s.resolution >= 4, "resolution must be at least 4 voxels across an element");
+    if (s.resolution)
+        need(std::isfinite(*s.resolution) && *s.resolution >= 4,
+             "resolution must be at least 4 voxels across an element");
     need(s.base.mesh.empty() != s.base.shape.empty(), "base: give either \"mesh\" (a file) or \"shape\" (a built-in)");
     if (s.base.scaleTo) need(positive(*s.base.scaleTo), "base.scale_to must be above 0");
     need(std::isfinite(s.base.thicken) && s.base.thicken >= 0, "base.thicken must be at least 0");
@@ -43,7 +47,8 @@ void validate(const Scene& s) {
         const ElementOptions& e = s.elements[i];
         const std::string where = "elements[" + std::to_string(i) + "]";
         need(e.mesh.empty() != e.shape.empty(), where + ": give either \"mesh\" (a file) or \"shape\" (a built-in)");
-        need(names.insert(e.name).second, where + ": the name \"" + e.name + "\" is taken; give each element its own \"name\"");
+        need(names.insert(e.name).second,
+             where + ": the name \"" + e.name + "\" is taken; give each element its own \"name\"");
         need(positive(e.scale), where + ".scale must be above 0");
         need(std::isfinite(e.weight) && e.weight >= 0, where + ".weight must be at least 0");
         need(std::isfinite(e.sink), where + ".sink must be a finite number");
@@ -57,7 +62,8 @@ void validate(const Scene& s) {
     if (d.method == "cvt") {
         need(!(d.coverage && d.count), "seeding: give coverage or count, not both");
         need(d.coverage || d.count, "seeding: give \"coverage\" (1.2 to 1.6 suits most) or \"count\"");
-        if (d.coverage) need(positive(*d.coverage) && *d.coverage <= 10, "seeding.coverage must be above 0 and at most 10");
+        if (d.coverage)
+            need(positive(*d.coverage) && *d.coverage <= 10, "seeding.coverage must be above 0 and at most 10");
         if (d.count) need(*d.count >= 1 && *d.count <= 10000000, "seeding.count must be from 1 to 10000000");
         need(d.iterations >= 0 && d.iterations <= 100000, "seeding.iterations must be from 0 to 100000");
     } else {
@@ -69,12 +75,15 @@ void validate(const Scene& s) {
             need(positive(p.scale), where + ".scale must be above 0");
             need(std::isfinite(p.rotation), where + ".rotation must be finite");
             if (p.normal) need(isFinite(*p.normal) && length(*p.normal) > 0, where + ".normal must not be zero");
-            need(p.element.empty() || names.count(p.element), where + ".element: there is no element \"" + p.element + "\"" +
-                 didYouMean(p.element, std::vector<std::string>(names.begin(), names.end())));
+            need(p.element.empty() || names.count(p.element),
+                 where + ".element: there is no element \"" + p.element + "\"" +
+                     didYouMean(p.element, std::vector<std::string>(names.begin(), names.end())));
         }
     }
-    need(std::isfinite(s.orientation.angle) && std::isfinite(s.orientation.jitter) && s.orientation.jitter >= 0, "orientation: angle and jitter must be finite, jitter at least 0");
-    need(std::isfinite(s.sizeVariation) && s.sizeVariation >= 0 && s.sizeVariation < 1, "variation.size must be at least 0 and below 1");
+    need(std::isfinite(s.orientation.angle) && std::isfinite(s.orientation.jitter) && s.orientation.jitter >= 0,
+         "orientation: angle and jitter must be finite, jitter at least 0");
+    need(std::isfinite(s.sizeVariation) && s.sizeVariation >= 0 && s.sizeVariation < 1,
+         "variation.size must be at least 0 and below 1");
     checkMaterial(s.material.a, s.material.b, "material");
 }
 

@@ -27,7 +27,7 @@ struct ElementOptions {
     double scale = 1;
     std::string up = "z";  ///< axis of a mesh that points away from the surface: x y z -x -y -z
     double weight = 1;
-    std::string color;     ///< #rrggbb; empty: one of the built-in palette
+    std::string color;  ///< #rrggbb; empty: one of the built-in palette
     double sink = 0;
     std::optional<double> a, b;
 };

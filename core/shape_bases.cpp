@@ -12,10 +12,18 @@ namespace {
 struct P2 {
     double r, z;
 };
-P2 operator+(P2 a, P2 b) { return {a.r + b.r, a.z + b.z}; }
-P2 operator-(P2 a, P2 b) { return {a.r - b.r, a.z - b.z}; }
-P2 operator*(double s, P2 a) { return {s * a.r, s * a.z}; }
-double norm(P2 a) { return std::hypot(a.r, a.z); }
+P2 operator+(P2 a, P2 b) {
+    return {a.r + b.r, a.z + b.z};
+}
+P2 operator-(P2 a, P2 b) {
+    return {a.r - b.r, a.z - b.z};
+}
+P2 operator*(double s, P2 a) {
+    return {s * a.r, s * a.z};
+}
+double norm(P2 a) {
+    return std::hypot(a.r, a.z);
+}
 
 /// Centripetal Catmull-Rom through the points (P. Barry and R. Goldman 1988), end tangents by reflection.
 std::vector<P2> smoothCurve(const std::vector<P2>& points, double spacing) {
@@ -45,7 +53,8 @@ std::vector<P2> straightCurve(const std::vector<P2>& points, double spacing) {
     std::vector<P2> curve{points[0]};
     for (size_t i = 1; i < points.size(); ++i) {
         const int steps = std::max(1, int(std::ceil(norm(points[i] - points[i - 1]) / spacing)));
-        for (int s = 1; s <= steps; ++s) curve.push_back(points[i - 1] + (double(s) / steps) * (points[i] - points[i - 1]));
+        for (int s = 1; s <= steps; ++s)
+            curve.push_back(points[i - 1] + (double(s) / steps) * (points[i] - points[i - 1]));
     }
     return curve;
 }
@@ -120,14 +129,17 @@ TriangleMesh handle(const P2 (&c)[4], double a, double b, double size, bool mirr
 
 /// Faces of the body that lie inside the handle's sunk ends are no surface of the union: take them out of "outer".
 void hideCovered(TriangleMesh& body, const TriangleMesh& grip) {
+    const Bounds reach = meshBounds(grip);
     for (size_t t = 0; t < body.triangles.size(); ++t) {
         if (body.groups[t] != kOuter) continue;
         const Vec3 p = (body.corner(t, 0) + body.corner(t, 1) + body.corner(t, 2)) / 3.0;
+        if ((p - reach.min).min() < 0 || (reach.max - p).min() < 0) continue;
         double solidAngle = 0;  // generalised winding number (A. Jacobson et al. 2013)
         for (size_t g = 0; g < grip.triangles.size(); ++g) {
             const Vec3 a = grip.corner(g, 0) - p, b = grip.corner(g, 1) - p, c = grip.corner(g, 2) - p;
             const double la = length(a), lb = length(b), lc = length(c);
-            solidAngle += std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
+            solidAngle +=
+                std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
         }
         if (solidAngle / (2 * kPi) > 0.5) body.groups[t] = kHidden;
     }
@@ -228,39 +240,45 @@ TriangleMesh tile(const Vec3& half, double r) {
 
 std::vector<ShapeRecipe> baseRecipes() {
     const auto vesselInfo = [](const char* name, const char* help, double height, double wall, double floorHeight) {
-        return ShapeInfo{name, true, help,
+        return ShapeInfo{name,
+                         true,
+                         help,
                          {{"height", height, "overall height to the rim's curve"},
                           {"wall", wall, "wall thickness"},
                           {"floor", floorHeight, "thickness of the floor"}}};
     };
     std::vector<ShapeRecipe> r;
-    r.push_back({{"sphere", true, "sphere around the origin", {{"radius", 40, "radius"}}}, [](const ShapeParameters& p) {
-                     const double radius = p.at("radius");
-                     TriangleMesh m = sweepPoles(160, 320, [&](double u, double v) {
-                         const double t = kPi * u, f = 2 * kPi * v;
-                         return radius * Vec3(std::sin(t) * std::cos(f), std::sin(t) * std::sin(f), std::cos(t));
-                     });
-                     m.groupNames = {"outer"};
-                     m.groups.assign(m.triangles.size(), 0);
-                     return m;
-                 }});
+    r.push_back(
+        {{"sphere", true, "sphere around the origin", {{"radius", 40, "radius"}}}, [](const ShapeParameters& p) {
+             const double radius = p.at("radius");
+             TriangleMesh m = sweepPoles(160, 320, [&](double u, double v) {
+                 const double t = kPi * u, f = 2 * kPi * v;
+                 return radius * Vec3(std::sin(t) * std::cos(f), std::sin(t) * std::sin(f), std::cos(t));
+             });
+             m.groupNames = {"outer"};
+             m.groups.assign(m.triangles.size(), 0);
+             return m;
+         }});
     r.push_back({vesselInfo("vase", "ovoid vase", 180, 4, 6), [](const ShapeParameters& p) {
-                     return scaledVessel({{30, 0}, {46, 30}, {58, 75}, {52, 120}, {30, 155}, {27, 168}, {33, 180}}, true,
-                                         p.at("wall"), p.at("floor"), p.at("height"));
+                     return scaledVessel({{30, 0}, {46, 30}, {58, 75}, {52, 120}, {30, 155}, {27, 168}, {33, 180}},
+                                         true, p.at("wall"), p.at("floor"), p.at("height"));
                  }});
     r.push_back({vesselInfo("bottle", "bottle vase with a narrow neck", 200, 3.5, 5), [](const ShapeParameters& p) {
-                     return scaledVessel({{35, 0}, {40, 40}, {38, 100}, {22, 150}, {16, 175}, {20, 200}}, true, p.at("wall"),
-                                         p.at("floor"), p.at("height"));
+                     return scaledVessel({{35, 0}, {40, 40}, {38, 100}, {22, 150}, {16, 175}, {20, 200}}, true,
+                                         p.at("wall"), p.at("floor"), p.at("height"));
                  }});
-    r.push_back({vesselInfo("amphora", "amphora with two handles", 260, 5, 8), [](const ShapeParameters& p) {
-                     TriangleMesh m = scaledVessel({{24, 0}, {20, 12}, {46, 70}, {68, 130}, {60, 178}, {30, 212}, {22, 228}, {24, 250}, {30, 260}},
-                                                   true, p.at("wall"), p.at("floor"), p.at("height"));
-                     const P2 curve[4] = {{19, 240}, {70, 262}, {84, 205}, {60, 172}};
-                     for (bool mirror : {false, true}) addHandle(m, handle(curve, 7, 4.5, p.at("height") / 260, mirror));
-                     return m;
-                 }});
+    r.push_back(
+        {vesselInfo("amphora", "amphora with two handles", 260, 5, 8), [](const ShapeParameters& p) {
+             TriangleMesh m = scaledVessel(
+                 {{24, 0}, {20, 12}, {46, 70}, {68, 130}, {60, 178}, {30, 212}, {22, 228}, {24, 250}, {30, 260}}, true,
+                 p.at("wall"), p.at("floor"), p.at("height"));
+             const P2 curve[4] = {{19, 240}, {70, 262}, {84, 205}, {60, 172}};
+             for (bool mirror : {false, true}) addHandle(m, handle(curve, 7, 4.5, p.at("height") / 260, mirror));
+             return m;
+         }});
     r.push_back({vesselInfo("mug", "mug with a handle", 95, 4, 5), [](const ShapeParameters& p) {
-                     TriangleMesh m = scaledVessel({{37, 0}, {40, 1}, {41, 4}, {41, 95}}, false, p.at("wall"), p.at("floor"), p.at("height"));
+                     TriangleMesh m = scaledVessel({{37, 0}, {40, 1}, {41, 4}, {41, 95}}, false, p.at("wall"),
+                                                   p.at("floor"), p.at("height"));
                      const P2 curve[4] = {{39, 76}, {78, 84}, {76, 18}, {39, 24}};
                      addHandle(m, handle(curve, 6, 4, p.at("height") / 95, false));
                      return m;
@@ -269,19 +287,31 @@ std::vector<ShapeRecipe> baseRecipes() {
                      return scaledVessel({{26, 0}, {40, 92}}, false, p.at("wall"), p.at("floor"), p.at("height"));
                  }});
     const auto ringInfo = [](const char* name, const char* help, double middle, double a, double b) {
-        return ShapeInfo{name, true, help, {{"radius", middle, "radius of the section's middle"}, {"thickness", 2 * a, "radial thickness"}, {"width", 2 * b, "width along the axis"}}};
+        return ShapeInfo{name,
+                         true,
+                         help,
+                         {{"radius", middle, "radius of the section's middle"},
+                          {"thickness", 2 * a, "radial thickness"},
+                          {"width", 2 * b, "width along the axis"}}};
     };
     const auto makeRing = [](const ShapeParameters& p) {
-        if (p.at("thickness") >= 2 * p.at("radius")) throw InputError("a ring's thickness must be less than twice its radius");
+        if (p.at("thickness") >= 2 * p.at("radius"))
+            throw InputError("a ring's thickness must be less than twice its radius");
         return ring(p.at("radius"), p.at("thickness") / 2, p.at("width") / 2);
     };
     r.push_back({ringInfo("ring", "finger ring", 10, 1, 3), makeRing});
     r.push_back({ringInfo("bracelet", "bracelet", 32, 2.5, 9), makeRing});
-    r.push_back({{"tile", true, "rounded tile around the origin; its flat top is decorated",
-                  {{"width", 100, "size along x"}, {"depth", 100, "size along y"}, {"height", 8, "thickness"}, {"rounding", 2, "radius of the edges"}}},
+    r.push_back({{"tile",
+                  true,
+                  "rounded tile around the origin; its flat top is decorated",
+                  {{"width", 100, "size along x"},
+                   {"depth", 100, "size along y"},
+                   {"height", 8, "thickness"},
+                   {"rounding", 2, "radius of the edges"}}},
                  [](const ShapeParameters& p) {
                      const Vec3 half(p.at("width") / 2, p.at("depth") / 2, p.at("height") / 2);
-                     if (p.at("rounding") >= half.min()) throw InputError("a tile's rounding must be less than half its smallest side");
+                     if (p.at("rounding") >= half.min())
+                         throw InputError("a tile's rounding must be less than half its smallest side");
                      return tile(half, p.at("rounding"));
                  }});
     return r;

@@ -9,12 +9,16 @@ TriangleMesh sweepPoles(int rows, int columns, const std::function<Vec3(double, 
         for (int j = 0; j < columns; ++j) m.points.push_back(at(double(i) / rows, double(j) / columns));
     m.points.push_back(at(1, 0));
     const int last = int(m.points.size()) - 1;
-    const auto index = [&](int i, int j) { return i == 0 ? 0 : i == rows ? last : 1 + (i - 1) * columns + j % columns; };
+    const auto index = [&](int i, int j) {
+        return i == 0 ? 0 : i == rows ? last : 1 + (i - 1) * columns + j % columns;
+    };
     for (int i = 0; i < rows; ++i) {
         for (int j = 0; j < columns; ++j) {
             const int a = index(i, j), b = index(i + 1, j), c = index(i + 1, j + 1), d = index(i, j + 1);
-            if (i + 1 < rows) m.triangles.push_back({a, b, c});
-            else m.triangles.push_back({a, b, d});
+            if (i + 1 < rows)
+                m.triangles.push_back({a, b, c});
+            else
+                m.triangles.push_back({a, b, d});
             if (i > 0 && i + 1 < rows) m.triangles.push_back({a, c, d});
         }
     }

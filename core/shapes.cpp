@@ -79,7 +79,8 @@ TriangleMesh makeShape(const std::string& name, const ShapeParameters& parameter
         names.push_back(p.name);
     }
     for (const auto& [key, value] : parameters) {
-        if (!full.count(key)) throw InputError("shape \"" + name + "\" has no parameter \"" + key + "\"" + didYouMean(key, names));
+        if (!full.count(key))
+            throw InputError("shape \"" + name + "\" has no parameter \"" + key + "\"" + didYouMean(key, names));
         full[key] = value;
     }
     for (const ShapeParameter& p : info->parameters) {

@@ -34,7 +34,8 @@ const ShapeInfo* findShape(const std::string& name);
 /// @throws InputError for an unknown name or parameter, or a value outside its range
 TriangleMesh makeShape(const std::string& name, const ShapeParameters& parameters = {});
 
-/// The entry of `known` that is nearest to `word` in edit distance, as " (did you mean \"x\"?)"; empty where none is near.
+/// The entry of `known` that is nearest to `word` in edit distance, as " (did you mean \"x\"?)"; empty where none is
+/// near.
 std::string didYouMean(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace pavel

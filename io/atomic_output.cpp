@@ -14,24 +14,31 @@ AtomicOutput::AtomicOutput(std::string target, bool folder, bool force) : target
     while (target_.size() > 1 && target_.back() == '/') target_.pop_back();
     const fs::path path(target_);
     std::error_code error;
-    const bool occupied = folder && fs::is_directory(path, error) ? !fs::is_empty(path, error) : fs::exists(path, error);
-    if (occupied && !force) throw InputError(target_ + ": exists already; choose another place, or overwrite it with --force");
-    if (occupied && folder && fs::is_directory(path, error) && !fs::exists(path / "report.json", error) && !fs::exists(path / "seeds.json", error) &&
-        !fs::exists(path / "scene.json", error))
+    const bool occupied =
+        folder && fs::is_directory(path, error) ? !fs::is_empty(path, error) : fs::exists(path, error);
+    if (occupied && !force)
+        throw InputError(target_ + ": exists already; choose another place, or overwrite it with --force");
+    if (occupied && folder && fs::is_directory(path, error) && !fs::exists(path / "report.json", error) &&
+        !fs::exists(path / "seeds.json", error) && !fs::exists(path / "scene.json", error))
         throw InputError(target_ + ": holds other files than a result of this program; it is not overwritten");
     const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
     if (!fs::is_directory(parent, error)) throw InputError(parent.string() + ": no such folder for the output");
     std::string name = (parent / ("." + path.filename().string() + ".XXXXXX")).string();
     if (folder) {
         if (!mkdtemp(name.data())) throw InputError(parent.string() + ": cannot be written to");
-        fs::permissions(name, fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec | fs::perms::others_read | fs::perms::others_exec, error);
+        fs::permissions(name,
+                        fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec | fs::perms::others_read |
+                            fs::perms::others_exec,
+                        error);
     } else {
         // The ending decides how a file is written, so it stays.
         name += path.extension().string();
         const int fd = mkstemps(name.data(), int(path.extension().string().size()));
         if (fd < 0) throw InputError(parent.string() + ": cannot be written to");
         close(fd);
-        fs::permissions(name, fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read | fs::perms::others_read, error);
+        fs::permissions(name,
+                        fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read | fs::perms::others_read,
+                        error);
     }
     place_ = name;
 }

@@ -3,7 +3,8 @@
 
 namespace pavel {
 
-/// A folder (or file) that exists whole or not at all: work goes to a temporary place beside it and is renamed at the end.
+/// A folder (or file) that exists whole or not at all: work goes to a temporary place beside it and is renamed at the
+/// end.
 class AtomicOutput {
   public:
     /// @param folder make a folder at the temporary place

@@ -17,7 +17,8 @@ class JsonReader {
     void finish() const {
         for (const auto& item : object_.items())
             if (!asked_.count(item.key()))
-                throw InputError(path_ + (path_.empty() || path_.back() == ' ' ? "" : ".") + item.key() + ": unknown key" +
+                throw InputError(path_ + (path_.empty() || path_.back() == ' ' ? "" : ".") + item.key() +
+                                 ": unknown key" +
                                  didYouMean(item.key(), std::vector<std::string>(asked_.begin(), asked_.end())));
     }
     const nlohmann::json* find(const std::string& key) {
@@ -37,10 +38,13 @@ class JsonReader {
     /// A key whose other values come later: anything but `only` is refused.
     void notYet(const std::string& key, const nlohmann::json& only) {
         const auto* j = find(key);
-        if (j && *j != only) throw InputError(at(key) + ": " + j->dump() + " is not available yet; leave it out or set it to " + only.dump());
+        if (j && *j != only)
+            throw InputError(at(key) + ": " + j->dump() + " is not available yet; leave it out or set it to " +
+                             only.dump());
     }
     /// One of a few words; `later` are refused as not available yet.
-    void choice(const std::string& key, std::string& value, const std::vector<std::string>& now, const std::vector<std::string>& later = {}) {
+    void choice(const std::string& key, std::string& value, const std::vector<std::string>& now,
+                const std::vector<std::string>& later = {}) {
         const auto* j = find(key);
         if (!j) return;
         value = as<std::string>(*j, at(key));
@@ -52,7 +56,9 @@ class JsonReader {
         for (const std::string& w : now) list += (list.empty() ? "" : ", ") + w;
         throw InputError(at(key) + ": \"" + value + "\" is unknown; use one of " + list + didYouMean(value, now));
     }
-    std::string at(const std::string& key) const { return path_ + (path_.empty() || path_.back() == ' ' ? "" : ".") + key; }
+    std::string at(const std::string& key) const {
+        return path_ + (path_.empty() || path_.back() == ' ' ? "" : ".") + key;
+    }
 
     template <class T>
     static T as(const nlohmann::json& j, const std::string& where) {
@@ -60,7 +66,8 @@ class JsonReader {
             if (!j.is_boolean()) throw InputError(where + ": must be true or false");
             return j.get<bool>();
         } else if constexpr (std::is_integral_v<T>) {
-            if (!j.is_number_integer() || j.get<double>() < 0) throw InputError(where + ": must be a whole number, 0 or more");
+            if (!j.is_number_integer() || j.get<double>() < 0)
+                throw InputError(where + ": must be a whole number, 0 or more");
             return j.get<T>();
         } else if constexpr (std::is_floating_point_v<T>) {
             if (!j.is_number()) throw InputError(where + ": must be a number");
@@ -77,7 +84,9 @@ class JsonReader {
     }
 
   private:
-    [[noreturn]] void fail(const std::string& what) const { throw InputError((path_.empty() ? "the scene" : path_) + ": " + what); }
+    [[noreturn]] void fail(const std::string& what) const {
+        throw InputError((path_.empty() ? "the scene" : path_) + ": " + what);
+    }
     const nlohmann::json& object_;
     std::string path_;
     std::set<std::string> asked_;

@@ -2,9 +2,10 @@
 
 #include <OpenMesh/Core/IO/IOManager.hh>
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/Mesh/BaseKernel.hh>
+#include <boost/iostreams/copy.hpp>
 #include <boost/iostreams/filter/gzip.hpp>
-#include <boost/iostreams/filtering_stream.hpp>
+#include <boost/iostreams/filtering_streambuf.hpp>
 #include <filesystem>
 #include <fstream>
 #include <mutex>
@@ -42,10 +43,13 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
                 ++badFaces;
                 return FaceHandle();
             }
-        for (size_t k = 1; k + 1 < corners.size(); ++k) mesh.triangles.push_back({corners[0].idx(), corners[k].idx(), corners[k + 1].idx()});
+        for (size_t k = 1; k + 1 < corners.size(); ++k)
+            mesh.triangles.push_back({corners[0].idx(), corners[k].idx(), corners[k + 1].idx()});
         return FaceHandle(int(faces_++));
     }
-    void set_point(VertexHandle v, const OpenMesh::Vec3f& p) override { mesh.points[size_t(v.idx())] = Vec3(p[0], p[1], p[2]); }
+    void set_point(VertexHandle v, const OpenMesh::Vec3f& p) override {
+        mesh.points[size_t(v.idx())] = Vec3(p[0], p[1], p[2]);
+    }
     size_t n_vertices() const override { return mesh.points.size(); }
     size_t n_faces() const override { return faces_; }
     size_t n_edges() const override { return 0; }
@@ -89,7 +93,7 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
 
   private:
     size_t faces_ = 0;
-    OpenMesh::TriMesh_ArrayKernelT<> kernel_;  // some readers hang custom properties on it
+    OpenMesh::BaseKernel kernel_;  // some readers hang custom properties on it
 };
 
 std::string readBytes(const std::string& path, bool gzip) {
@@ -97,10 +101,10 @@ std::string readBytes(const std::string& path, bool gzip) {
     if (!file) throw InputError(path + ": cannot be read");
     std::ostringstream text;
     try {
-        boost::iostreams::filtering_istream in;
+        boost::iostreams::filtering_istreambuf in;
         if (gzip) in.push(boost::iostreams::gzip_decompressor());
         in.push(file);
-        text << in.rdbuf();
+        boost::iostreams::copy(in, text);
     } catch (const std::exception& e) {
         throw InputError(path + ": the compressed data is damaged (" + e.what() + ")");
     }
@@ -129,8 +133,10 @@ TriangleMesh readMesh(const std::string& path) {
     if (ending == ".stl") {
         uint32_t count = 0;
         if (bytes.size() >= 84) std::memcpy(&count, bytes.data() + 80, 4);
-        if (bytes.size() >= 84 && bytes.size() == 84 + 50 * size_t(count)) options += OpenMesh::IO::Options::Binary;
-        else if (bytes.compare(0, 5, "solid") != 0) throw InputError(path + ": neither an ASCII nor a whole binary STL file");
+        if (bytes.size() >= 84 && bytes.size() == 84 + 50 * size_t(count))
+            options += OpenMesh::IO::Options::Binary;
+        else if (bytes.compare(0, 5, "solid") != 0)
+            throw InputError(path + ": neither an ASCII nor a whole binary STL file");
     }
     static std::mutex reading;  // OpenMesh's reader modules are shared objects with state
     const std::lock_guard<std::mutex> lock(reading);
@@ -146,7 +152,9 @@ TriangleMesh readMesh(const std::string& path) {
     omerr().enable();
     omlog().enable();
     if (!ok) throw InputError(path + ": not a valid " + ending.substr(1) + " file, or cut short");
-    if (importer.badFaces) throw InputError(path + ": " + std::to_string(importer.badFaces) + " faces name vertices that the file does not have");
+    if (importer.badFaces)
+        throw InputError(path + ": " + std::to_string(importer.badFaces) +
+                         " faces name vertices that the file does not have");
     if (importer.mesh.triangles.empty()) throw InputError(path + ": holds no faces");
     return std::move(importer.mesh);
 }

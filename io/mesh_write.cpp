@@ -38,7 +38,9 @@ class Output {
         if (buffer_.size() >= kFlush) flush();
     }
     template <class T>
-    void raw(T value) { bytes(&value, sizeof value); }
+    void raw(T value) {
+        bytes(&value, sizeof value);
+    }
     void close() {
         flush();
         const bool ok = std::fclose(file_) == 0;
@@ -57,9 +59,15 @@ class Output {
     FILE* file_;
 };
 
-Vec3 vertexColor(const MeshObject& o, size_t v) { return o.vertexColors.empty() ? o.color : o.vertexColors[v]; }
-uint8_t toByte(double c) { return uint8_t(std::lround(255 * std::clamp(c, 0.0, 1.0))); }
-double toLinear(double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); }
+Vec3 vertexColor(const MeshObject& o, size_t v) {
+    return o.vertexColors.empty() ? o.color : o.vertexColors[v];
+}
+uint8_t toByte(double c) {
+    return uint8_t(std::lround(255 * std::clamp(c, 0.0, 1.0)));
+}
+double toLinear(double c) {
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+}
 
 void writeObj(const std::string& path, const std::vector<MeshObject>& objects) {
     Output out(path);
@@ -70,7 +78,8 @@ void writeObj(const std::string& path, const std::vector<MeshObject>& objects) {
             const Vec3 p = o.mesh.points[v], c = vertexColor(o, v);
             out.print("v %.9g %.9g %.9g %.4g %.4g %.4g\n", p[0], p[1], p[2], c[0], c[1], c[2]);
         }
-        for (const Triangle& t : o.mesh.triangles) out.print("f %zu %zu %zu\n", first + size_t(t[0]), first + size_t(t[1]), first + size_t(t[2]));
+        for (const Triangle& t : o.mesh.triangles)
+            out.print("f %zu %zu %zu\n", first + size_t(t[0]), first + size_t(t[1]), first + size_t(t[2]));
         first += o.mesh.points.size();
     }
     out.close();
@@ -81,7 +90,9 @@ void writePly(const std::string& path, const std::vector<MeshObject>& objects) {
     for (const MeshObject& o : objects) vertices += o.mesh.points.size(), faces += o.mesh.triangles.size();
     Output out(path);
     out.print("ply\nformat binary_little_endian 1.0\ncomment Pavel\nelement vertex %zu\n", vertices);
-    out.text("property float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n");
+    out.text(
+        "property float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty "
+        "uchar blue\n");
     out.print("element face %zu\nproperty list uchar int vertex_indices\nend_header\n", faces);
     for (const MeshObject& o : objects)
         for (size_t v = 0; v < o.mesh.points.size(); ++v) {
@@ -119,7 +130,8 @@ void writeStl(const std::string& path, const std::vector<MeshObject>& objects) {
 }
 
 template <class T>
-int addAccessor(tinygltf::Model& model, const std::vector<T>& data, int componentType, int type, int target, size_t count) {
+int addAccessor(tinygltf::Model& model, const std::vector<T>& data, int componentType, int type, int target,
+                size_t count) {
     auto& buffer = model.buffers[0].data;
     while (buffer.size() % 4) buffer.push_back(0);
     tinygltf::BufferView view;
@@ -177,20 +189,25 @@ void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, d
             colors.push_back(255);
         }
         std::vector<uint32_t> indices;
-        for (const Triangle& t : o.mesh.triangles) indices.insert(indices.end(), {uint32_t(t[0]), uint32_t(t[1]), uint32_t(t[2])});
+        for (const Triangle& t : o.mesh.triangles)
+            indices.insert(indices.end(), {uint32_t(t[0]), uint32_t(t[1]), uint32_t(t[2])});
         tinygltf::Primitive primitive;
         primitive.mode = TINYGLTF_MODE_TRIANGLES;
         primitive.material = int(material);
-        const int position = addAccessor(model, positions, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER, n);
+        const int position = addAccessor(model, positions, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3,
+                                         TINYGLTF_TARGET_ARRAY_BUFFER, n);
         model.accessors[size_t(position)].minValues.assign(lo, lo + 3);
         model.accessors[size_t(position)].maxValues.assign(hi, hi + 3);
         primitive.attributes["POSITION"] = position;
-        primitive.attributes["NORMAL"] = addAccessor(model, normals, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER, n);
+        primitive.attributes["NORMAL"] = addAccessor(model, normals, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3,
+                                                     TINYGLTF_TARGET_ARRAY_BUFFER, n);
         if (!colors.empty()) {
-            primitive.attributes["COLOR_0"] = addAccessor(model, colors, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER, n);
+            primitive.attributes["COLOR_0"] = addAccessor(model, colors, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+                                                          TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER, n);
             model.accessors.back().normalized = true;
         }
-        primitive.indices = addAccessor(model, indices, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, indices.size());
+        primitive.indices = addAccessor(model, indices, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
+                                        TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, indices.size());
         tinygltf::Mesh mesh;
         mesh.name = o.name;
         mesh.primitives.push_back(primitive);
@@ -201,10 +218,12 @@ void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, d
         model.nodes.push_back(node);
         model.scenes[0].nodes.push_back(int(model.nodes.size()) - 1);
     }
-    if (model.buffers[0].data.size() > 0xfff00000u) throw RunError(path + ": a GLB file cannot hold more than 4 GB; choose ply, obj or stl");
+    if (model.buffers[0].data.size() > 0xfff00000u)
+        throw RunError(path + ": a GLB file cannot hold more than 4 GB; choose ply, obj or stl");
     std::ofstream stream(path, std::ios::binary);
     tinygltf::TinyGLTF writer;
-    if (!stream || !writer.WriteGltfSceneToStream(&model, stream, false, true) || !stream.flush()) throw RunError(path + ": writing failed (is the disk full?)");
+    if (!stream || !writer.WriteGltfSceneToStream(&model, stream, false, true) || !stream.flush())
+        throw RunError(path + ": writing failed (is the disk full?)");
 }
 
 }  // namespace
@@ -216,11 +235,16 @@ const std::vector<std::string>& meshFormats() {
 
 void writeMesh(const std::string& path, const std::vector<MeshObject>& objects, double metresPerUnit) {
     const std::string ending = path.substr(path.find_last_of('.') + 1);
-    if (ending == "obj") writeObj(path, objects);
-    else if (ending == "ply") writePly(path, objects);
-    else if (ending == "stl") writeStl(path, objects);
-    else if (ending == "glb") writeGlb(path, objects, metresPerUnit);
-    else throw InputError(path + ": unknown kind of mesh; use .obj, .ply, .stl or .glb");
+    if (ending == "obj")
+        writeObj(path, objects);
+    else if (ending == "ply")
+        writePly(path, objects);
+    else if (ending == "stl")
+        writeStl(path, objects);
+    else if (ending == "glb")
+        writeGlb(path, objects, metresPerUnit);
+    else
+        throw InputError(path + ": unknown kind of mesh; use .obj, .ply, .stl or .glb");
 }
 
 }  // namespace pavel

@@ -1,6 +1,6 @@
 #pragma once
-// Meshes as files. OpenMesh's writers hold no named objects and refuse edges where solids touch, so OBJ, PLY and STL are
-// written here; GLB goes through tinygltf.
+// Meshes as files. OpenMesh's writers hold no named objects and refuse edges where solids touch, so OBJ, PLY and STL
+// are written here; GLB goes through tinygltf.
 #include <string>
 #include <vector>
 

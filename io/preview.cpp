@@ -16,7 +16,7 @@ constexpr int kSuper = 2;  // samples per pixel along each axis
 struct Camera {
     Vec3 right, up, back;  // orthonormal; the camera looks along -back
     Vec3 eye;
-    double focal = 0;      // pixels; 0: orthographic with `scale` pixels per unit
+    double focal = 0;  // pixels; 0: orthographic with `scale` pixels per unit
     double scale = 1, cx = 0, cy = 0;
 
     /// Pixel coordinates and depth (larger is farther).
@@ -85,15 +85,18 @@ struct Stage {
         return {object, size_t(id - first[object])};
     }
     void draw(Raster& raster) const {
-        // Bands of rows, so that threads write apart; within a band triangles come in order: equal pictures on any number.
+        // Bands of rows, so that threads write apart; within a band triangles come in order: equal pictures on any
+        // number.
         constexpr int kBand = 64;
         tbb::parallel_for(0, (raster.height + kBand - 1) / kBand, [&](int band) {
             const int y0 = band * kBand, y1 = std::min(raster.height, y0 + kBand);
             for (size_t o = 0; o < objects.size(); ++o) {
                 const TriangleMesh& m = objects[o].mesh;
                 for (size_t t = 0; t < m.triangles.size(); ++t) {
-                    const Vec3 p[3] = {projected[o][size_t(m.triangles[t][0])], projected[o][size_t(m.triangles[t][1])], projected[o][size_t(m.triangles[t][2])]};
-                    if (std::max({p[0][1], p[1][1], p[2][1]}) < y0 || std::min({p[0][1], p[1][1], p[2][1]}) > y1) continue;
+                    const Vec3 p[3] = {projected[o][size_t(m.triangles[t][0])], projected[o][size_t(m.triangles[t][1])],
+                                       projected[o][size_t(m.triangles[t][2])]};
+                    if (std::max({p[0][1], p[1][1], p[2][1]}) < y0 || std::min({p[0][1], p[1][1], p[2][1]}) > y1)
+                        continue;
                     raster.draw(p, first[o] + int64_t(t), y0, y1);
                 }
             }
@@ -138,11 +141,16 @@ void writePng(const std::string& path, int width, int height, const std::vector<
     image.width = unsigned(width);
     image.height = unsigned(height);
     image.format = PNG_FORMAT_RGB;
-    if (!png_image_write_to_file(&image, path.c_str(), 0, rgb.data(), 0, nullptr)) throw RunError(path + ": the picture cannot be written (" + image.message + ")");
+    if (!png_image_write_to_file(&image, path.c_str(), 0, rgb.data(), 0, nullptr))
+        throw RunError(path + ": the picture cannot be written (" + image.message + ")");
 }
 
-double toLinear(double c) { return std::pow(c, 2.2); }
-uint8_t toScreen(double c) { return uint8_t(std::lround(255 * std::pow(std::clamp(c, 0.0, 1.0), 1 / 2.2))); }
+double toLinear(double c) {
+    return std::pow(c, 2.2);
+}
+uint8_t toScreen(double c) {
+    return uint8_t(std::lround(255 * std::pow(std::clamp(c, 0.0, 1.0), 1 / 2.2)));
+}
 
 }  // namespace
 
@@ -199,8 +207,10 @@ void renderPng(const std::string& path, const std::vector<MeshObject>& objects, 
                 }
                 const auto [o, t] = stage.locate(id);
                 const Triangle& tri = objects[o].mesh.triangles[t];
-                const Vec3 q[3] = {stage.projected[o][size_t(tri[0])], stage.projected[o][size_t(tri[1])], stage.projected[o][size_t(tri[2])]};
-                const double area = (q[1][0] - q[0][0]) * (q[2][1] - q[0][1]) - (q[2][0] - q[0][0]) * (q[1][1] - q[0][1]);
+                const Vec3 q[3] = {stage.projected[o][size_t(tri[0])], stage.projected[o][size_t(tri[1])],
+                                   stage.projected[o][size_t(tri[2])]};
+                const double area =
+                    (q[1][0] - q[0][0]) * (q[2][1] - q[0][1]) - (q[2][0] - q[0][0]) * (q[1][1] - q[0][1]);
                 double b[3];
                 Raster::weights(q, area, x + 0.5, y + 0.5, b);
                 Vec3 n(0, 0, 0), p(0, 0, 0), color(0, 0, 0);
@@ -218,17 +228,21 @@ void renderPng(const std::string& path, const std::vector<MeshObject>& objects, 
                 double lit = 0;
                 for (int i = -1; i <= 1; ++i)
                     for (int j = -1; j <= 1; ++j) {
-                        const int sx = std::clamp(int(l[0]) + i, 0, shadowSize - 1), sy = std::clamp(int(l[1]) + j, 0, shadowSize - 1);
-                        lit += l[2] <= double(shadow.depth[size_t(sy) * size_t(shadowSize) + size_t(sx)]) + 1.0 / sun.scale;
+                        const int sx = std::clamp(int(l[0]) + i, 0, shadowSize - 1),
+                                  sy = std::clamp(int(l[1]) + j, 0, shadowSize - 1);
+                        lit += l[2] <=
+                               double(shadow.depth[size_t(sy) * size_t(shadowSize) + size_t(sx)]) + 1.0 / sun.scale;
                     }
                 lit /= 9;
                 const Vec3 half = normalized(key + normalized(camera.eye - p));
-                const double diffuse = 0.85 * lit * std::max(0.0, dot(n, key)) + ao * (0.30 + 0.12 * n[2]) + 0.18 * ao * std::max(0.0, dot(n, fill));
+                const double diffuse = 0.85 * lit * std::max(0.0, dot(n, key)) + ao * (0.30 + 0.12 * n[2]) +
+                                       0.18 * ao * std::max(0.0, dot(n, fill));
                 const double shine = 0.14 * lit * std::pow(std::max(0.0, dot(n, half)), 40);
                 for (int k = 0; k < 3; ++k) sum[k] += toLinear(color[k]) * diffuse + shine;
             }
             sum /= double(kSuper * kSuper);
-            for (int k = 0; k < 3; ++k) rgb[(size_t(py) * size_t(view.width) + size_t(px)) * 3 + size_t(k)] = toScreen(sum[k]);
+            for (int k = 0; k < 3; ++k)
+                rgb[(size_t(py) * size_t(view.width) + size_t(px)) * 3 + size_t(k)] = toScreen(sum[k]);
         }
     });
     writePng(path, view.width, view.height, rgb);

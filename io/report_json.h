@@ -18,7 +18,7 @@ struct Report {
 };
 
 /// report.json: what a run did and how well.
-std::string reportJson(const Scene& scene, const SeedSet& seeds, const std::vector<ElementKind>& kinds, const Packing& packing,
-                       const Report& report, const RunContext& context);
+std::string reportJson(const Scene& scene, const SeedSet& seeds, const std::vector<ElementKind>& kinds,
+                       const Packing& packing, const Report& report, const RunContext& context);
 
 }  // namespace pavel

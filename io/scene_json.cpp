@@ -28,8 +28,10 @@ json parseJson(const std::string& text, const std::string& name) {
         return json::parse(text, nullptr, true, true);
     } catch (const json::parse_error& e) {
         const std::string what = e.what();
-        const size_t line = 1 + size_t(std::count(text.begin(), text.begin() + long(std::min(e.byte, text.size())), '\n'));
-        throw InputError(name + ", line " + std::to_string(line) + ": not valid JSON (" + what.substr(what.find("] ") + 2) + ")");
+        const size_t line =
+            1 + size_t(std::count(text.begin(), text.begin() + long(std::min(e.byte, text.size())), '\n'));
+        throw InputError(name + ", line " + std::to_string(line) + ": not valid JSON (" +
+                         what.substr(what.find("] ") + 2) + ")");
     }
 }
 
@@ -45,17 +47,21 @@ void applyOverride(json& root, const std::string& text) {
         const bool number = !key.empty() && key.find_first_not_of("0123456789") == std::string::npos;
         if (at->is_array() && number) {
             const size_t i = std::stoul(key);
-            if (i >= at->size()) throw InputError("--set " + path + ": there are only " + std::to_string(at->size()) + " entries");
+            if (i >= at->size())
+                throw InputError("--set " + path + ": there are only " + std::to_string(at->size()) + " entries");
             at = &(*at)[i];
         } else {
             parent = at;
             if (at->is_null()) *at = json::object();
-            if (!at->is_object()) throw InputError("--set " + path + ": \"" + key + "\" lies below a value that holds no keys");
+            if (!at->is_object())
+                throw InputError("--set " + path + ": \"" + key + "\" lies below a value that holds no keys");
             at = &(*at)[key];
         }
     }
-    if (value == "null" && parent) parent->erase(key);
-    else *at = json::accept(value) ? json::parse(value) : json(value);
+    if (value == "null" && parent)
+        parent->erase(key);
+    else
+        *at = json::accept(value) ? json::parse(value) : json(value);
 }
 
 /// Keys of a shape's parameters; unknown ones are errors of the caller's reader.
@@ -69,7 +75,8 @@ void readShape(JsonReader& r, std::string& shape, ShapeParameters& parameters, b
     if (!info || info->isBase != base) {
         std::string list;
         for (const std::string& n : names) list += (list.empty() ? "" : ", ") + n;
-        throw InputError(r.at("shape") + ": there is no built-in " + (base ? "base" : "element") + " \"" + shape + "\"" + didYouMean(shape, names) + "; there are " + list);
+        throw InputError(r.at("shape") + ": there is no built-in " + (base ? "base" : "element") + " \"" + shape +
+                         "\"" + didYouMean(shape, names) + "; there are " + list);
     }
     for (const ShapeParameter& p : info->parameters) {
         std::optional<double> v;
@@ -90,7 +97,8 @@ ElementOptions readElement(const json& j, const std::string& path) {
     r.get("up", e.up);
     r.get("weight", e.weight);
     r.get("color", e.color);
-    if (!e.color.empty() && (e.color.size() != 7 || e.color[0] != '#' || e.color.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos))
+    if (!e.color.empty() && (e.color.size() != 7 || e.color[0] != '#' ||
+                             e.color.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos))
         throw InputError(path + ".color: write it as \"#rrggbb\"");
     r.get("sink", e.sink);
     r.notYet("stiffness", 1);
@@ -129,14 +137,18 @@ SeedingOptions readSeeding(const json& j) {
     r.get("iterations", s.iterations);
     r.notYet("offset", 0);
     if (const json* region = r.find("region")) {
-        if (!region->is_string()) throw InputError("seeding.region: regions by box, sphere, height, group or mask are not available yet; use \"all\" or a part's name");
+        if (!region->is_string())
+            throw InputError(
+                "seeding.region: regions by box, sphere, height, group or mask are not available yet; use \"all\" or a "
+                "part's name");
         s.region = region->get<std::string>();
     }
     r.get("snap", s.snap);
     r.get("file", s.file);
     if (const json* list = r.find("placements")) {
         if (!list->is_array()) throw InputError("seeding.placements: must be a list");
-        for (size_t i = 0; i < list->size(); ++i) s.placements.push_back(readPlacement((*list)[i], "seeding.placements[" + std::to_string(i) + "]"));
+        for (size_t i = 0; i < list->size(); ++i)
+            s.placements.push_back(readPlacement((*list)[i], "seeding.placements[" + std::to_string(i) + "]"));
     }
     for (const char* key : {"spacing", "angle", "field", "elements"})
         if (r.find(key)) throw InputError(std::string("seeding.") + key + ": is not available yet");
@@ -174,11 +186,14 @@ OutputOptions readOutput(const json& j) {
 ordered parametersJson(const std::string& shape, const ShapeParameters& given) {
     ordered j;
     j["shape"] = shape;
-    for (const ShapeParameter& p : findShape(shape)->parameters) j[p.name] = given.count(p.name) ? given.at(p.name) : p.value;
+    for (const ShapeParameter& p : findShape(shape)->parameters)
+        j[p.name] = given.count(p.name) ? given.at(p.name) : p.value;
     return j;
 }
 
-ordered vectorJson(const Vec3& v) { return ordered::array({v[0], v[1], v[2]}); }
+ordered vectorJson(const Vec3& v) {
+    return ordered::array({v[0], v[1], v[2]});
+}
 
 /// A path that works from `folder`.
 std::string pathFrom(const std::string& path, const Scene& scene, const std::string& folder) {
@@ -188,7 +203,8 @@ std::string pathFrom(const std::string& path, const Scene& scene, const std::str
 
 }  // namespace
 
-Scene parseScene(const std::string& text, const std::string& name, const std::string& folder, const std::vector<std::string>& overrides) {
+Scene parseScene(const std::string& text, const std::string& name, const std::string& folder,
+                 const std::vector<std::string>& overrides) {
     json root = parseJson(text, name);
     for (const std::string& o : overrides) applyOverride(root, o);
     Scene s;
@@ -210,7 +226,8 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
         }
         if (const json* j = r.find("elements")) {
             if (!j->is_array()) throw InputError("elements: must be a list");
-            for (size_t i = 0; i < j->size(); ++i) s.elements.push_back(readElement((*j)[i], "elements[" + std::to_string(i) + "]"));
+            for (size_t i = 0; i < j->size(); ++i)
+                s.elements.push_back(readElement((*j)[i], "elements[" + std::to_string(i) + "]"));
         }
         if (const json* j = r.find("seeding")) s.seeding = readSeeding(*j);
         if (const json* j = r.find("orientation")) {
@@ -260,10 +277,13 @@ Scene readScene(const std::string& path, const std::vector<std::string>& overrid
 std::string sceneJson(const Scene& s, const std::string& folder) {
     ordered root;
     root["units"] = s.units;
-    if (s.voxelSize) root["voxel_size"] = *s.voxelSize;
-    else root["resolution"] = *s.resolution;
+    if (s.voxelSize)
+        root["voxel_size"] = *s.voxelSize;
+    else
+        root["resolution"] = *s.resolution;
     root["seed"] = s.seed;
-    ordered base = s.base.shape.empty() ? ordered{{"mesh", pathFrom(s.base.mesh, s, folder)}} : parametersJson(s.base.shape, s.base.parameters);
+    ordered base = s.base.shape.empty() ? ordered{{"mesh", pathFrom(s.base.mesh, s, folder)}}
+                                        : parametersJson(s.base.shape, s.base.parameters);
     if (s.base.scaleTo) base["scale_to"] = *s.base.scaleTo;
     base["fill_holes"] = s.base.fillHoles;
     base["thicken"] = s.base.thicken;
@@ -271,7 +291,8 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
     root["elements"] = ordered::array();
     for (const ElementOptions& e : s.elements) {
         ordered j{{"name", e.name}};
-        j.update(e.shape.empty() ? ordered{{"mesh", pathFrom(e.mesh, s, folder)}, {"up", e.up}} : parametersJson(e.shape, e.parameters));
+        j.update(e.shape.empty() ? ordered{{"mesh", pathFrom(e.mesh, s, folder)}, {"up", e.up}}
+                                 : parametersJson(e.shape, e.parameters));
         j["scale"] = e.scale;
         j["weight"] = e.weight;
         if (!e.color.empty()) j["color"] = e.color;
@@ -282,8 +303,10 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
     }
     ordered seeding{{"method", s.seeding.method}};
     if (s.seeding.method == "cvt") {
-        if (s.seeding.coverage) seeding["coverage"] = *s.seeding.coverage;
-        else seeding["count"] = *s.seeding.count;
+        if (s.seeding.coverage)
+            seeding["coverage"] = *s.seeding.coverage;
+        else
+            seeding["count"] = *s.seeding.count;
         seeding["iterations"] = s.seeding.iterations;
         seeding["offset"] = 0;
     } else {
@@ -301,13 +324,17 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
     }
     if (!s.seeding.region.empty()) seeding["region"] = s.seeding.region;
     root["seeding"] = seeding;
-    root["orientation"] = {{"rotation", s.orientation.rotation}, {"angle", s.orientation.angle}, {"jitter", s.orientation.jitter}};
+    root["orientation"] = {
+        {"rotation", s.orientation.rotation}, {"angle", s.orientation.angle}, {"jitter", s.orientation.jitter}};
     root["assignment"] = "random";
     root["variation"] = {{"size", s.sizeVariation}};
     root["refine"] = {{"iterations", 0}};
-    root["material"] = {{"a", s.material.a}, {"b", s.material.b}, {"contact", "center"}, {"gap", 0}, {"base_loss", "recover"}};
-    root["output"] = {{"vdb", s.output.vdb}, {"fog", s.output.fog}, {"half", s.output.half}, {"elements", s.output.separate ? "separate" : "merged"},
-                      {"mesh", s.output.mesh}, {"with_base", s.output.withBase}, {"preview", s.output.preview}};
+    root["material"] = {
+        {"a", s.material.a}, {"b", s.material.b}, {"contact", "center"}, {"gap", 0}, {"base_loss", "recover"}};
+    root["output"] = {{"vdb", s.output.vdb},        {"fog", s.output.fog},
+                      {"half", s.output.half},      {"elements", s.output.separate ? "separate" : "merged"},
+                      {"mesh", s.output.mesh},      {"with_base", s.output.withBase},
+                      {"preview", s.output.preview}};
     return root.dump(2) + "\n";
 }
 
@@ -323,11 +350,17 @@ std::string sceneDigest(const Scene& scene) {
 }
 
 std::string seedsJson(const SeedSet& set, const std::vector<ElementKind>& kinds, const std::string& units) {
-    ordered root{{"units", units}, {"method", set.method}, {"decorated_area", set.decoratedArea}, {"coverage", set.coverage}};
+    ordered root{
+        {"units", units}, {"method", set.method}, {"decorated_area", set.decoratedArea}, {"coverage", set.coverage}};
     root["seeds"] = ordered::array();
     for (const Seed& s : set.seeds)
-        root["seeds"].push_back({{"id", s.id}, {"position", vectorJson(s.position)}, {"normal", vectorJson(s.normal)}, {"tangent", vectorJson(s.tangent)},
-                                 {"rotation", s.rotation}, {"scale", s.scale}, {"element", kinds[size_t(s.kind)].name}});
+        root["seeds"].push_back({{"id", s.id},
+                                 {"position", vectorJson(s.position)},
+                                 {"normal", vectorJson(s.normal)},
+                                 {"tangent", vectorJson(s.tangent)},
+                                 {"rotation", s.rotation},
+                                 {"scale", s.scale},
+                                 {"element", kinds[size_t(s.kind)].name}});
     return root.dump(1) + "\n";
 }
 

@@ -11,7 +11,8 @@ namespace pavel {
 /// Reads and validates a scene. `overrides` are key.path=value pairs that win over the file.
 /// @throws InputError naming the file, the line or key, and the mend
 Scene readScene(const std::string& path, const std::vector<std::string>& overrides = {});
-Scene parseScene(const std::string& text, const std::string& name, const std::string& folder, const std::vector<std::string>& overrides = {});
+Scene parseScene(const std::string& text, const std::string& name, const std::string& folder,
+                 const std::vector<std::string>& overrides = {});
 
 /// The scene with every default filled in, ready to be run from `folder` (paths of inputs made relative to it).
 std::string sceneJson(const Scene& scene, const std::string& folder);

@@ -15,11 +15,12 @@ namespace {
 using openvdb::FloatGrid;
 
 /// Scales voxels to scene units and sets what other programs look for.
-FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Packing& packing, const VdbOptions& options) {
+FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Packing& packing,
+                        const VdbOptions& options) {
     const float h = float(packing.voxelSize);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(packing.voxelSize));
     openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid->tree());
-    leaves.foreach([h](openvdb::FloatTree::LeafNodeType& leaf, size_t) {
+    leaves.foreach ([h](openvdb::FloatTree::LeafNodeType& leaf, size_t) {
         float* values = leaf.buffer().data();
         for (openvdb::Index v = 0; v < openvdb::FloatTree::LeafNodeType::SIZE; ++v) values[v] *= h;
     });
@@ -49,7 +50,8 @@ void writeGrids(const std::string& path, const openvdb::GridPtrVec& grids, const
     }
     // OpenVDB writes a random UUID at byte 21; readers want its 8-4-4-4-12 form.
     const std::string d = options.digest;
-    const std::string uuid = d.substr(0, 8) + "-" + d.substr(8, 4) + "-" + d.substr(12, 4) + "-" + d.substr(16, 4) + "-" + d.substr(20, 12);
+    const std::string uuid =
+        d.substr(0, 8) + "-" + d.substr(8, 4) + "-" + d.substr(12, 4) + "-" + d.substr(16, 4) + "-" + d.substr(20, 12);
     std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
     file.seekp(21);
     file.write(uuid.data(), std::streamsize(uuid.size()));
@@ -96,7 +98,8 @@ void writeElementIdVdb(const std::string& path, const Packing& packing, const Vd
     writeGrids(path, {grid}, options);
 }
 
-void writeElementsVdb(const std::string& path, const Packing& packing, const std::vector<std::string>& kindOfElement, const VdbOptions& options) {
+void writeElementsVdb(const std::string& path, const Packing& packing, const std::vector<std::string>& kindOfElement,
+                      const VdbOptions& options) {
     openvdb::GridPtrVec grids;
     for (size_t i = 0; i < packing.grids->elements.size(); ++i) {
         if (!packing.grids->elements[i]) continue;
@@ -128,7 +131,8 @@ TriangleMesh readVdbSurface(const std::string& path) {
 
 std::vector<VdbGridInfo> vdbInfo(const std::string& path) {
     std::vector<VdbGridInfo> infos;
-    for (const auto& g : *readGrids(path)) {
+    const auto grids = readGrids(path);
+    for (const auto& g : *grids) {
         VdbGridInfo i;
         i.name = g->getName();
         i.type = g->valueType();

@@ -17,9 +17,11 @@ void writeDecorationVdb(const std::string& path, const Packing& packing, const V
 /// `element_id`: its own file, because some readers refuse a file with an Int32 grid.
 void writeElementIdVdb(const std::string& path, const Packing& packing, const VdbOptions& options);
 /// One level set per element, `element_00001` ..., with id, kind and volume as metadata.
-void writeElementsVdb(const std::string& path, const Packing& packing, const std::vector<std::string>& kindOfElement, const VdbOptions& options);
+void writeElementsVdb(const std::string& path, const Packing& packing, const std::vector<std::string>& kindOfElement,
+                      const VdbOptions& options);
 
-/// A surface mesh of the level sets in a file (all of them, or the one named `surface` where there is one), for pictures.
+/// A surface mesh of the level sets in a file (all of them, or the one named `surface` where there is one), for
+/// pictures.
 TriangleMesh readVdbSurface(const std::string& path);
 
 struct VdbGridInfo {

@@ -45,7 +45,8 @@ State evaluate(const Surface& surface, std::vector<SurfacePoint> seeds) {
     return s;
 }
 
-std::vector<SurfacePoint> moved(const Surface& surface, const std::vector<SurfacePoint>& seeds, const Field& step, double factor) {
+std::vector<SurfacePoint> moved(const Surface& surface, const std::vector<SurfacePoint>& seeds, const Field& step,
+                                double factor) {
     std::vector<SurfacePoint> next(seeds.size());
     tbb::parallel_for(size_t(0), seeds.size(), [&](size_t i) {
         const Vec3 facing = surface.faceNormal(seeds[i].triangle);

@@ -10,7 +10,8 @@ namespace pavel {
 
 struct CvtOptions {
     int iterations = 100;  ///< at most; 0 leaves the stratified random start: the hand-made look
-    double tolerance = 1e-3;  ///< stops when seeds are this near to their centroids (root mean square, in seed spacings)
+    double tolerance =
+        1e-3;  ///< stops when seeds are this near to their centroids (root mean square, in seed spacings)
     uint64_t seed = 1;
 };
 

@@ -15,9 +15,12 @@ struct SeedCloud {
     size_t kdtree_get_point_count() const { return seeds.size(); }
     double kdtree_get_pt(size_t i, size_t k) const { return seeds[i].position[k]; }
     template <class B>
-    bool kdtree_get_bbox(B&) const { return false; }
+    bool kdtree_get_bbox(B&) const {
+        return false;
+    }
 };
-using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, SeedCloud>, SeedCloud, 3, size_t>;
+using KdTree =
+    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, SeedCloud>, SeedCloud, 3, size_t>;
 
 /// Convex polygon inside a triangle; side[i]: the triangle's side that the edge from corner i to i+1 lies on, or -1.
 struct Polygon {
@@ -75,8 +78,9 @@ Polygon wholeTriangle(const TriangleMesh& mesh, size_t t) {
 }
 
 /// Clips `start` among the candidates (sorted by distance from the triangle's centre) and appends the pieces.
-void partition(const Polygon& start, int triangle, const std::vector<int>& candidates, const std::vector<SurfacePoint>& seeds,
-               std::vector<Piece>& out, std::vector<Polygon>* polygons = nullptr) {
+void partition(const Polygon& start, int triangle, const std::vector<int>& candidates,
+               const std::vector<SurfacePoint>& seeds, std::vector<Piece>& out,
+               std::vector<Polygon>* polygons = nullptr) {
     Polygon a, b;
     for (int s : candidates) {
         a = start;
@@ -119,8 +123,8 @@ std::vector<int> pieceOffsets(const std::vector<Piece>& pieces, size_t triangles
 }
 
 /// Marks the pieces that no walk inside their own cell joins to the seed.
-std::vector<char> findOrphans(const Surface& surface, const std::vector<SurfacePoint>& seeds, const std::vector<Piece>& pieces,
-                              const std::vector<int>& first) {
+std::vector<char> findOrphans(const Surface& surface, const std::vector<SurfacePoint>& seeds,
+                              const std::vector<Piece>& pieces, const std::vector<int>& first) {
     Components sets(pieces.size());
     const auto& neighbours = surface.neighbours();
     for (size_t i = 0; i < pieces.size(); ++i) {
@@ -165,7 +169,8 @@ std::vector<char> findOrphans(const Surface& surface, const std::vector<SurfaceP
     return orphan;
 }
 
-/// One round of handing orphaned pieces to the seeds that are connected to their region. Returns false where none moved.
+/// One round of handing orphaned pieces to the seeds that are connected to their region. Returns false where none
+/// moved.
 bool adoptOrphans(const Surface& surface, const std::vector<SurfacePoint>& seeds, std::vector<Piece>& pieces) {
     const size_t triangles = surface.mesh().triangles.size();
     const std::vector<int> first = pieceOffsets(pieces, triangles);
@@ -216,16 +221,19 @@ bool adoptOrphans(const Surface& surface, const std::vector<SurfacePoint>& seeds
         partition(wholeTriangle(surface.mesh(), t), int(t), owners, seeds, rebuilt, &polygons);
         for (size_t k = 0; k < rebuilt.size(); ++k) {
             bool isOrphan = false;
-            for (int j = begin; j < end; ++j) isOrphan |= pieces[size_t(j)].seed == rebuilt[k].seed && orphan[size_t(j)];
+            for (int j = begin; j < end; ++j)
+                isOrphan |= pieces[size_t(j)].seed == rebuilt[k].seed && orphan[size_t(j)];
             std::vector<int> heirs;
             if (isOrphan) {
                 const Polygon& poly = polygons[k];
                 double nearest = 1e300, radius = 0;
                 for (int i = 1; i < poly.n; ++i) radius = std::max(radius, length(poly.p[i] - poly.p[0]));
                 for (int s : candidates[size_t(region[t])])
-                    if (s != rebuilt[k].seed) nearest = std::min(nearest, length(seeds[size_t(s)].position - poly.p[0]));
+                    if (s != rebuilt[k].seed)
+                        nearest = std::min(nearest, length(seeds[size_t(s)].position - poly.p[0]));
                 for (int s : candidates[size_t(region[t])])
-                    if (s != rebuilt[k].seed && length(seeds[size_t(s)].position - poly.p[0]) <= nearest + 2 * radius) heirs.push_back(s);
+                    if (s != rebuilt[k].seed && length(seeds[size_t(s)].position - poly.p[0]) <= nearest + 2 * radius)
+                        heirs.push_back(s);
             }
             if (heirs.empty()) {
                 next.push_back(rebuilt[k]);
@@ -274,7 +282,8 @@ std::vector<VoronoiCell> restrictedVoronoi(const Surface& surface, const std::ve
     });
     std::vector<Piece> pieces;
     for (const auto& c : chunks) pieces.insert(pieces.end(), c.begin(), c.end());
-    for (int round = 0; round < 6 && adoptOrphans(surface, seeds, pieces); ++round) {}
+    for (int round = 0; round < 6 && adoptOrphans(surface, seeds, pieces); ++round) {
+    }
     std::vector<VoronoiCell> cells(seeds.size());
     for (const Piece& p : pieces) {
         VoronoiCell& c = cells[size_t(p.seed)];

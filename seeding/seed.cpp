@@ -31,16 +31,21 @@ Vec3 upTangent(const Vec3& normal) {
 size_t seedCount(const Surface& surface, const std::vector<ElementKind>& kinds, const Scene& scene) {
     if (scene.seeding.count) return *scene.seeding.count;
     const double wanted = *scene.seeding.coverage * surface.area() / meanFootprint(kinds, scene.sizeVariation);
-    if (wanted < 0.5) throw InputError("seeding.coverage: not even one element is needed to cover this area; use smaller elements or a \"count\"");
-    if (wanted > 1e7) throw InputError("seeding.coverage: this would take more than 10000000 elements; use larger ones");
+    if (wanted < 0.5)
+        throw InputError(
+            "seeding.coverage: not even one element is needed to cover this area; use smaller elements or a \"count\"");
+    if (wanted > 1e7)
+        throw InputError("seeding.coverage: this would take more than 10000000 elements; use larger ones");
     return size_t(std::llround(wanted));
 }
 
-void cvtSeeds(const Surface& surface, const std::vector<ElementKind>& kinds, const Scene& scene, const RunContext& context, SeedSet& set) {
+void cvtSeeds(const Surface& surface, const std::vector<ElementKind>& kinds, const Scene& scene,
+              const RunContext& context, SeedSet& set) {
     CvtOptions options;
     options.iterations = scene.seeding.iterations;
     options.seed = scene.seed;
-    const auto points = centroidalSeeds(surface, seedCount(surface, kinds, scene), options, [&](double done) { context.progress("seeding", done); });
+    const auto points = centroidalSeeds(surface, seedCount(surface, kinds, scene), options,
+                                        [&](double done) { context.progress("seeding", done); });
     Rng kindRng(scene.seed, kKindStream), rotationRng(scene.seed, kRotationStream), sizeRng(scene.seed, kSizeStream);
     for (const SurfacePoint& p : points) {
         Seed s;
@@ -57,7 +62,8 @@ void cvtSeeds(const Surface& surface, const std::vector<ElementKind>& kinds, con
     }
 }
 
-void manualSeeds(const Surface& surface, const std::vector<ElementKind>& kinds, const Scene& scene, const std::vector<PlacementOptions>& manual, SeedSet& set) {
+void manualSeeds(const Surface& surface, const std::vector<ElementKind>& kinds, const Scene& scene,
+                 const std::vector<PlacementOptions>& manual, SeedSet& set) {
     for (const PlacementOptions& p : manual) {
         Seed s;
         s.id = int(set.seeds.size()) + 1;
@@ -91,13 +97,15 @@ double meanFootprint(const std::vector<ElementKind>& kinds, double v) {
     return sum / weights * (1 + v * v / 3);
 }
 
-SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const Scene& scene, const std::vector<PlacementOptions>& manual, RunContext& context) {
+SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const Scene& scene,
+                  const std::vector<PlacementOptions>& manual, RunContext& context) {
     const StageTimer timer(context, "seeding");
     TriangleMesh part = decoratedSurface(base, scene.seeding);
     const bool cvt = scene.seeding.method == "cvt";
     if (cvt) {  // triangles much larger than cells would make each meet many seeds
         const double footprint = meanFootprint(kinds, scene.sizeVariation);
-        const double spacing = scene.seeding.count ? std::sqrt(meshArea(part) / double(*scene.seeding.count)) : std::sqrt(footprint / *scene.seeding.coverage);
+        const double spacing = scene.seeding.count ? std::sqrt(meshArea(part) / double(*scene.seeding.count))
+                                                   : std::sqrt(footprint / *scene.seeding.coverage);
         const double longest = std::max(spacing, 1e-3 * meshBounds(part).diagonal());
         subdivideLongEdges(part, longest);
     }
@@ -105,8 +113,10 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
     SeedSet set;
     set.method = scene.seeding.method;
     set.decoratedArea = surface.area();
-    if (cvt) cvtSeeds(surface, kinds, scene, context, set);
-    else manualSeeds(surface, kinds, scene, manual, set);
+    if (cvt)
+        cvtSeeds(surface, kinds, scene, context, set);
+    else
+        manualSeeds(surface, kinds, scene, manual, set);
     double footprints = 0;
     for (const Seed& s : set.seeds) footprints += kinds[size_t(s.kind)].footprint * s.scale * s.scale;
     set.coverage = footprints / set.decoratedArea;

@@ -35,7 +35,8 @@ Surface::Surface(TriangleMesh mesh) : mesh_(std::move(mesh)), index_(std::make_u
 
 Vec3 Surface::normalAt(int triangle, const Vec3& w) const {
     const Triangle& t = mesh_.triangles[size_t(triangle)];
-    const Vec3 n = w[0] * vertexNormals_[size_t(t[0])] + w[1] * vertexNormals_[size_t(t[1])] + w[2] * vertexNormals_[size_t(t[2])];
+    const Vec3 n =
+        w[0] * vertexNormals_[size_t(t[0])] + w[1] * vertexNormals_[size_t(t[1])] + w[2] * vertexNormals_[size_t(t[2])];
     return normalized(n, faceNormals_[size_t(triangle)]);
 }
 
@@ -55,7 +56,8 @@ SurfacePoint Surface::closest(const Vec3& p, const Vec3* facing) const {
         best.triangle = entry.second;
         bestWeights = weights;
     };
-    // A few near boxes bound the distance (the library's incremental nearest query sorts far too much), then one box query.
+    // A few near boxes bound the distance (the library's incremental nearest query sorts far too much), then one box
+    // query.
     const Point q(p[0], p[1], p[2]);
     std::vector<std::pair<Box, int>> found;
     for (unsigned k = 4; best.triangle < 0; k *= 8) {
@@ -67,7 +69,8 @@ SurfacePoint Surface::closest(const Vec3& p, const Vec3* facing) const {
     if (best.triangle < 0) return closest(p);
     const double d = best.distance;
     found.clear();
-    index_->tree.query(bgi::intersects(Box({p[0] - d, p[1] - d, p[2] - d}, {p[0] + d, p[1] + d, p[2] + d})), std::back_inserter(found));
+    index_->tree.query(bgi::intersects(Box({p[0] - d, p[1] - d, p[2] - d}, {p[0] + d, p[1] + d, p[2] + d})),
+                       std::back_inserter(found));
     for (const auto& e : found) consider(e);
     best.normal = normalAt(best.triangle, bestWeights);
     return best;
@@ -77,8 +80,9 @@ std::vector<SurfacePoint> Surface::sample(size_t count, Rng& rng) const {
     std::vector<SurfacePoint> points;
     for (size_t i = 0; i < count; ++i) {
         const double a = area_ * (double(i) + rng.uniform()) / double(count);
-        const size_t t = std::min(size_t(std::lower_bound(cumulativeArea_.begin(), cumulativeArea_.end(), a) - cumulativeArea_.begin()),
-                                  mesh_.triangles.size() - 1);
+        const size_t t = std::min(
+            size_t(std::lower_bound(cumulativeArea_.begin(), cumulativeArea_.end(), a) - cumulativeArea_.begin()),
+            mesh_.triangles.size() - 1);
         const double r = std::sqrt(rng.uniform()), s = rng.uniform();
         const Vec3 w(1 - r, r * (1 - s), r * s);
         SurfacePoint p;
@@ -111,13 +115,17 @@ void subdivideLongEdges(TriangleMesh& mesh, double longest) {
             if (cuts == 0) {
                 next.push_back(t);
             } else if (cuts == 3) {
-                next.insert(next.end(), {{t[0], m[0], m[2]}, {m[0], t[1], m[1]}, {m[2], m[1], t[2]}, {m[0], m[1], m[2]}});
+                next.insert(next.end(),
+                            {{t[0], m[0], m[2]}, {m[0], t[1], m[1]}, {m[2], m[1], t[2]}, {m[0], m[1], m[2]}});
             } else {
                 int k = 0;  // turn the triangle so that its first edge is cut, and with two cuts the third is not
                 while (m[k] < 0 || (cuts == 2 && m[(k + 2) % 3] >= 0)) ++k;
-                const int a = t[size_t(k)], b = t[size_t((k + 1) % 3)], c = t[size_t((k + 2) % 3)], ab = m[k], bc = m[(k + 1) % 3];
-                if (cuts == 1) next.insert(next.end(), {{a, ab, c}, {ab, b, c}});
-                else next.insert(next.end(), {{a, ab, c}, {ab, b, bc}, {ab, bc, c}});
+                const int a = t[size_t(k)], b = t[size_t((k + 1) % 3)], c = t[size_t((k + 2) % 3)], ab = m[k],
+                          bc = m[(k + 1) % 3];
+                if (cuts == 1)
+                    next.insert(next.end(), {{a, ab, c}, {ab, b, c}});
+                else
+                    next.insert(next.end(), {{a, ab, c}, {ab, b, bc}, {ab, bc, c}});
             }
             changed |= cuts > 0;
             if (!mesh.groups.empty()) groups.insert(groups.end(), next.size() - before, mesh.groups[i]);

@@ -26,8 +26,8 @@ class Surface {
     double area() const { return area_; }
     Vec3 faceNormal(int triangle) const { return faceNormals_[size_t(triangle)]; }
 
-    /// Closest point of the surface; where `facing` is given, among triangles whose normal has a positive component along
-    /// it (so that the other side of a thin wall is not taken), unless there is none. O(log triangles).
+    /// Closest point of the surface; where `facing` is given, among triangles whose normal has a positive component
+    /// along it (so that the other side of a thin wall is not taken), unless there is none. O(log triangles).
     SurfacePoint closest(const Vec3& p, const Vec3* facing = nullptr) const;
     /// Points spread by area, each in a stratum of its own.
     std::vector<SurfacePoint> sample(size_t count, Rng& rng) const;

@@ -1,10 +1,10 @@
 #include <cstdio>
 
 #include "pavel/core/error.h"
+#include "pavel/core/shapes.h"
 #include "pavel/io/atomic_output.h"
 #include "pavel/tools/commands.h"
 #include "pavel/tools/examples.h"
-#include "pavel/core/shapes.h"
 
 namespace pavel {
 

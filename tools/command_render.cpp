@@ -9,9 +9,11 @@
 
 namespace pavel {
 
-void commandRender(const std::string& input, const std::string& png, int width, int height, double azimuth, double elevation, double zoom, const CommonOptions& options) {
+void commandRender(const std::string& input, const std::string& png, int width, int height, double azimuth,
+                   double elevation, double zoom, const CommonOptions& options) {
     const bool vdb = input.size() > 4 && input.compare(input.size() - 4, 4, ".vdb") == 0;
-    if (png.size() < 5 || png.compare(png.size() - 4, 4, ".png") != 0) throw InputError(png + ": the picture's name must end in .png");
+    if (png.size() < 5 || png.compare(png.size() - 4, 4, ".png") != 0)
+        throw InputError(png + ": the picture's name must end in .png");
     MeshObject object;
     object.mesh = vdb ? readVdbSurface(input) : readMesh(input);
     object.color = Vec3(0.82, 0.66, 0.55);

@@ -31,11 +31,13 @@ std::string shapeHelp(const std::string& name) {
     return text;
 }
 
-void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file, const CommonOptions& options) {
+void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file,
+                  const CommonOptions& options) {
     ShapeParameters values;
     for (size_t i = 0; i < parameters.size(); ++i) {
         std::string key = parameters[i], value;
-        if (key.compare(0, 2, "--") != 0) throw InputError("shape " + name + ": \"" + key + "\" is not a parameter; write --name value");
+        if (key.compare(0, 2, "--") != 0)
+            throw InputError("shape " + name + ": \"" + key + "\" is not a parameter; write --name value");
         key = key.substr(2);
         if (const size_t equals = key.find('='); equals != std::string::npos) {
             value = key.substr(equals + 1);

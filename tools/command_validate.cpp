@@ -3,8 +3,8 @@
 #include "pavel/core/mesh_check.h"
 #include "pavel/io/scene_json.h"
 #include "pavel/seeding/seed.h"
-#include "pavel/tools/load.h"
 #include "pavel/tools/commands.h"
+#include "pavel/tools/load.h"
 #include "pavel/vdb/pack.h"
 
 namespace pavel {
@@ -29,10 +29,13 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     if (scene.seeding.coverage) n = *scene.seeding.coverage * decorated / meanFootprint(kinds, scene.sizeVariation);
     const double voxels = n * volume / weights / (h * h * h);
     const double surface = n * area / weights / (h * h), baseSurface = meshArea(base) / (h * h);
-    // Bytes for each voxel of surface, as measured on the built-in scenes: bands of placed and trimmed bodies, growth, meshes.
+    // Bytes for each voxel of surface, as measured on the built-in scenes: bands of placed and trimmed bodies, growth,
+    // meshes.
     const double bytes = 90e6 + 170 * surface + 160 * baseSurface;
-    std::printf("%s: valid\n  elements           about %.0f\n  voxel size         %.6g %s\n  decoration voxels  about %.1f million\n  base voxels        about %.1f million\n  memory             about %.2f GB\n",
-                path.c_str(), n, h, scene.units.c_str(), voxels / 1e6, meshVolume(base) / (h * h * h) / 1e6, bytes / 1e9);
+    std::printf(
+        "%s: valid\n  elements           about %.0f\n  voxel size         %.6g %s\n  decoration voxels  about %.1f "
+        "million\n  base voxels        about %.1f million\n  memory             about %.2f GB\n",
+        path.c_str(), n, h, scene.units.c_str(), voxels / 1e6, meshVolume(base) / (h * h * h) / 1e6, bytes / 1e9);
     for (const std::string& w : context.warnings) std::printf("  warning: %s\n", w.c_str());
 }
 

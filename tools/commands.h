@@ -17,8 +17,10 @@ struct CommonOptions {
 
 void commandDecorate(const std::string& scene, const std::string& folder, const CommonOptions& options);
 void commandExample(const std::string& name, const std::string& folder, const CommonOptions& options);
-void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file, const CommonOptions& options);
-void commandRender(const std::string& input, const std::string& png, int width, int height, double azimuth, double elevation, double zoom, const CommonOptions& options);
+void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file,
+                  const CommonOptions& options);
+void commandRender(const std::string& input, const std::string& png, int width, int height, double azimuth,
+                   double elevation, double zoom, const CommonOptions& options);
 void commandInfo(const std::vector<std::string>& files, const CommonOptions& options);
 void commandValidate(const std::string& scene, const CommonOptions& options);
 

@@ -26,7 +26,8 @@ Vec3 elementColor(const ElementKind& kind, int id) {
     return kind.color * rng.uniform(0.92, 1.06);
 }
 
-MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed) {
+MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds,
+                       const std::vector<PlacedElement>& placed) {
     MeshObject object;
     object.name = "decoration";
     object.mesh = std::move(fused.mesh);
@@ -48,7 +49,8 @@ std::string objectName(int id, const std::string& kind) {
     return name + kind;
 }
 
-std::vector<MeshObject> separateObjects(const Packing& packing, const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, bool withBase) {
+std::vector<MeshObject> separateObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
+                                        const std::vector<PlacedElement>& placed, bool withBase) {
     std::vector<MeshObject> objects;
     for (const PlacedElement& p : placed) {
         MeshObject o;
@@ -74,7 +76,8 @@ size_t triangleCount(const std::vector<MeshObject>& objects) {
     return n;
 }
 
-void writeMeshes(const AtomicOutput& out, const OutputOptions& options, const std::vector<MeshObject>& objects, double metres) {
+void writeMeshes(const AtomicOutput& out, const OutputOptions& options, const std::vector<MeshObject>& objects,
+                 double metres) {
     for (const std::string& format : options.mesh) {
         if (format == "stl" && options.separate) {  // STL has no objects
             for (const MeshObject& o : objects) writeMesh(out.place(o.name + ".stl"), {o}, metres);
@@ -84,7 +87,8 @@ void writeMeshes(const AtomicOutput& out, const OutputOptions& options, const st
     }
 }
 
-void writeVdb(const AtomicOutput& out, const Scene& scene, const Packing& packing, const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed) {
+void writeVdb(const AtomicOutput& out, const Scene& scene, const Packing& packing,
+              const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed) {
     VdbOptions vdb;
     vdb.half = scene.output.half;
     vdb.fog = scene.output.fog;
@@ -114,7 +118,8 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
 
     PackOptions options;
     options.voxelSize = h;
-    for (const ElementOptions& e : scene.elements) options.kindMaterial.emplace_back(e.a.value_or(scene.material.a), e.b.value_or(scene.material.b));
+    for (const ElementOptions& e : scene.elements)
+        options.kindMaterial.emplace_back(e.a.value_or(scene.material.a), e.b.value_or(scene.material.b));
     options.solidWithBase = scene.output.withBase;
     const Packing packing = pack(base, kinds, placed, options, context);
 
@@ -126,7 +131,8 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     const bool meshes = !scene.output.mesh.empty();
     {
         const StageTimer timer(context, "extract");
-        if ((meshes && !scene.output.separate) || scene.output.preview) fused = fusedObject(extractFused(packing, scene.output.withBase), kinds, placed);
+        if ((meshes && !scene.output.separate) || scene.output.preview)
+            fused = fusedObject(extractFused(packing, scene.output.withBase), kinds, placed);
         if (meshes && scene.output.separate) objects = separateObjects(packing, kinds, placed, scene.output.withBase);
         report.extractedTriangles = scene.output.separate ? triangleCount(objects) : fused.mesh.triangles.size();
         report.finalTriangles = report.extractedTriangles;
@@ -139,7 +145,8 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
         single.push_back(std::move(fused));
         if (scene.output.preview) renderPng(out.place("preview.png"), single);
         context.progress("write", 0.3);
-        if (meshes) writeMeshes(out, scene.output, scene.output.separate ? objects : single, metresPerUnit(scene.units));
+        if (meshes)
+            writeMeshes(out, scene.output, scene.output.separate ? objects : single, metresPerUnit(scene.units));
         context.progress("write", 0.6);
         if (scene.output.vdb) writeVdb(out, scene, packing, kinds, placed);
     }
@@ -157,7 +164,10 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     result.coverage = seeds.coverage;
     result.decorationVoxels = packing.counts.decorationVoxels;
     for (const ElementResult& e : packing.elements)
-        if (e.targetVolume > 0) result.maxRelativeError = std::max(result.maxRelativeError, std::abs(e.finalVolume + e.unrecoveredVolume - e.targetVolume) / e.targetVolume);
+        if (e.targetVolume > 0)
+            result.maxRelativeError =
+                std::max(result.maxRelativeError,
+                         std::abs(e.finalVolume + e.unrecoveredVolume - e.targetVolume) / e.targetVolume);
     return result;
 }
 

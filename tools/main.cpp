@@ -21,7 +21,8 @@ void addCommon(CLI::App& app, CommonOptions& o, bool scene, double& voxel) {
     app.add_flag("--force", o.force, "overwrite what is there");
     if (!scene) return;
     app.add_flag("--json", o.json, "progress and result as JSON lines on stdout");
-    app.add_option("--set", o.overrides, "override a value of the scene: key.path=value (repeatable)")->allow_extra_args(false);
+    app.add_option("--set", o.overrides, "override a value of the scene: key.path=value (repeatable)")
+        ->allow_extra_args(false);
     app.add_option("--voxel", voxel, "voxel size in scene units, instead of the scene's")->check(CLI::PositiveNumber);
 }
 
@@ -33,7 +34,8 @@ int run(int argc, char** argv) {
     double voxel = 0;
     std::string scene, folder = "pavel-out", name, file;
 
-    auto* decorate = app.add_subcommand("decorate", "the main job: seeds, packed elements, meshes, .vdb, report, picture");
+    auto* decorate =
+        app.add_subcommand("decorate", "the main job: seeds, packed elements, meshes, .vdb, report, picture");
     decorate->add_option("SCENE", scene, "scene file")->required();
     decorate->add_option("-o,--output", folder, "folder for the result (default: pavel-out)");
     addCommon(*decorate, common, true, voxel);
@@ -71,7 +73,8 @@ int run(int argc, char** argv) {
     validate->add_option("SCENE", scene, "scene file")->required();
     addCommon(*validate, common, true, voxel);
 
-    for (const char* later : {"seed", "remesh", "shell", "bench"}) app.add_subcommand(later, "not available yet")->allow_extras();
+    for (const char* later : {"seed", "remesh", "shell", "bench"})
+        app.add_subcommand(later, "not available yet")->allow_extras();
 
     try {
         app.parse(argc, argv);
@@ -82,18 +85,27 @@ int run(int argc, char** argv) {
         return 2;
     }
     std::unique_ptr<tbb::global_control> threads;
-    if (common.threads > 0) threads = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, size_t(common.threads));
+    if (common.threads > 0)
+        threads =
+            std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, size_t(common.threads));
     if (voxel > 0) {
         common.overrides.push_back("voxel_size=" + std::to_string(voxel));
         common.overrides.push_back("resolution=null");
     }
-    if (*decorate) pavel::commandDecorate(scene, folder, common);
-    else if (*example) pavel::commandExample(name, folder, common);
-    else if (*shape) pavel::commandShape(name, shape->remaining(), file, common);
-    else if (*render) pavel::commandRender(name, file, width, height, azimuth, elevation, zoom, common);
-    else if (*info) pavel::commandInfo(files, common);
-    else if (*validate) pavel::commandValidate(scene, common);
-    else throw pavel::InputError("pavel " + app.get_subcommands().front()->get_name() + ": is not available yet");
+    if (*decorate)
+        pavel::commandDecorate(scene, folder, common);
+    else if (*example)
+        pavel::commandExample(name, folder, common);
+    else if (*shape)
+        pavel::commandShape(name, shape->remaining(), file, common);
+    else if (*render)
+        pavel::commandRender(name, file, width, height, azimuth, elevation, zoom, common);
+    else if (*info)
+        pavel::commandInfo(files, common);
+    else if (*validate)
+        pavel::commandValidate(scene, common);
+    else
+        throw pavel::InputError("pavel " + app.get_subcommands().front()->get_name() + ": is not available yet");
     return 0;
 }
 

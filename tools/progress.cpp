@@ -16,11 +16,14 @@ void onSignal(int) {
     if (interruptFlag) interruptFlag->store(true);
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// Share of a whole run that is over when a stage begins, and its own share: for the time left.
 std::pair<double, double> stageShare(const std::string& stage) {
-    static const std::pair<const char*, double> shares[] = {{"seeding", 0.08}, {"voxelize", 0.15}, {"overlap", 0.07}, {"growth", 0.5}, {"extract", 0.05}, {"write", 0.15}};
+    static const std::pair<const char*, double> shares[] = {{"seeding", 0.08}, {"voxelize", 0.15}, {"overlap", 0.07},
+                                                            {"growth", 0.5},   {"extract", 0.05},  {"write", 0.15}};
     double before = 0;
     for (const auto& [name, share] : shares) {
         if (stage == name) return {before, share};
@@ -67,7 +70,8 @@ void CommandContext::show(const std::string& stage, double done) {
             char bar[21];
             for (int i = 0; i < 20; ++i) bar[i] = i < 20 * all ? '#' : '.';
             bar[20] = 0;
-            std::fprintf(stderr, "\r[%s] %3.0f %%  %-9s %3.0f %%%-22s", bar, 100 * all, stage.c_str(), 100 * done, left);
+            std::fprintf(stderr, "\r[%s] %3.0f %%  %-9s %3.0f %%%-22s", bar, 100 * all, stage.c_str(), 100 * done,
+                         left);
             std::fflush(stderr);
         } else if (newStage) {
             std::fprintf(stderr, "%6.1f s  %s\n", t - start_, stage.c_str());

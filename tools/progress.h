@@ -3,8 +3,8 @@
 
 namespace pavel {
 
-/// A context that shows progress on stderr (a bar with stage, per cent and time left on a terminal, plain lines elsewhere),
-/// or as JSON lines on stdout, and stops on Ctrl-C. One per process.
+/// A context that shows progress on stderr (a bar with stage, per cent and time left on a terminal, plain lines
+/// elsewhere), or as JSON lines on stdout, and stops on Ctrl-C. One per process.
 class CommandContext : public RunContext {
   public:
     explicit CommandContext(const CommonOptions& options);

@@ -18,7 +18,9 @@ inline Claim makeClaim(float time, int id) {
     std::memcpy(&bits, &time, 4);  // positive floats order like their bits
     return Claim(bits) << 32 | uint32_t(id);
 }
-inline int claimOwner(Claim c) { return int(uint32_t(c)); }
+inline int claimOwner(Claim c) {
+    return int(uint32_t(c));
+}
 inline float claimTime(Claim c) {
     const uint32_t bits = uint32_t(c >> 32);
     float t;

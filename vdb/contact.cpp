@@ -11,7 +11,9 @@ struct Cloud {
     size_t kdtree_get_point_count() const { return points.size(); }
     float kdtree_get_pt(size_t i, size_t k) const { return points[i][k]; }
     template <class B>
-    bool kdtree_get_bbox(B&) const { return false; }
+    bool kdtree_get_bbox(B&) const {
+        return false;
+    }
 };
 using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>, Cloud, 3, uint32_t>;
 
@@ -49,7 +51,9 @@ std::vector<Vec3f> thinned(std::vector<Vec3f> points) {
         return std::array<int, 3>{int(std::floor(p[0] * 4)), int(std::floor(p[1] * 4)), int(std::floor(p[2] * 4))};
     };
     std::stable_sort(points.begin(), points.end(), [&](const Vec3f& a, const Vec3f& b) { return cell(a) < cell(b); });
-    points.erase(std::unique(points.begin(), points.end(), [&](const Vec3f& a, const Vec3f& b) { return cell(a) == cell(b); }), points.end());
+    points.erase(
+        std::unique(points.begin(), points.end(), [&](const Vec3f& a, const Vec3f& b) { return cell(a) == cell(b); }),
+        points.end());
     return points;
 }
 
@@ -60,7 +64,8 @@ struct ContactDistance::Rim {
     KdTree tree;
     Vec3 centre{0, 0, 0};
     double radius = 0;
-    explicit Rim(std::vector<Vec3f> points) : cloud{std::move(points)}, tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(12)) {
+    explicit Rim(std::vector<Vec3f> points)
+        : cloud{std::move(points)}, tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(12)) {
         for (const Vec3f& p : cloud.points) centre += Vec3(p[0], p[1], p[2]);
         centre /= double(cloud.points.size());
         for (const Vec3f& p : cloud.points) radius = std::max(radius, length(Vec3(p[0], p[1], p[2]) - centre));
@@ -69,8 +74,12 @@ struct ContactDistance::Rim {
 
 ContactDistance::ContactDistance() = default;
 ContactDistance::~ContactDistance() = default;
-void ContactDistance::addRim(std::vector<Vec3f> points) { rims_.push_back(std::make_unique<Rim>(std::move(points))); }
-const std::vector<Vec3f>& ContactDistance::rimPoints(size_t rim) const { return rims_[rim]->cloud.points; }
+void ContactDistance::addRim(std::vector<Vec3f> points) {
+    rims_.push_back(std::make_unique<Rim>(std::move(points)));
+}
+const std::vector<Vec3f>& ContactDistance::rimPoints(size_t rim) const {
+    return rims_[rim]->cloud.points;
+}
 
 Vec3 ContactDistance::nearest(const Vec3& p) const {
     const float q[3] = {float(p[0]), float(p[1]), float(p[2])};

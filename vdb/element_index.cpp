@@ -31,7 +31,8 @@ ElementIndex::~ElementIndex() = default;
 std::vector<int> ElementIndex::meeting(const CoordBBox& box) const {
     std::vector<int> result;
     if (box.empty()) return result;
-    for (auto it = tree_->boxes.qbegin(bgi::intersects(boxOf(box))); it != tree_->boxes.qend(); ++it) result.push_back(it->second);
+    for (auto it = tree_->boxes.qbegin(bgi::intersects(boxOf(box))); it != tree_->boxes.qend(); ++it)
+        result.push_back(it->second);
     std::sort(result.begin(), result.end());
     return result;
 }

@@ -4,15 +4,17 @@
 #include <tbb/parallel_for.h>
 
 #include "pavel/core/error.h"
-#include "pavel/vdb/packed_grids.h"
 #include "pavel/vdb/level_set_mesh.h"
+#include "pavel/vdb/packed_grids.h"
 
 namespace pavel {
 namespace {
 
 using IdReader = openvdb::tree::ValueAccessor<const openvdb::Int32Tree, false>;
 
-Coord nearestVoxel(const Vec3& p) { return {int(std::lround(p[0])), int(std::lround(p[1])), int(std::lround(p[2]))}; }
+Coord nearestVoxel(const Vec3& p) {
+    return {int(std::lround(p[0])), int(std::lround(p[1])), int(std::lround(p[2]))};
+}
 
 /// Id of the nearest decorated voxel within two voxels; 0 where there is none (in a filled slit, say).
 int nearestId(const IdReader& ids, const Coord& c) {
@@ -48,6 +50,9 @@ TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale) {
             mesh.triangles.push_back({int(q[1]), int(q[2]), int(q[3])});
         }
     }
+    // OpenVDB winds the polygons of level sets inward, and those of other grids outward.
+    if (grid.getGridClass() == openvdb::GRID_LEVEL_SET)
+        for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
     return mesh;
 }
 
@@ -70,14 +75,16 @@ LabelledMesh extractFused(const Packing& packing, bool withBase) {
         const IdReader ids(*grids.ids);
         const BaseReader base(*grids.base);
         for (size_t t = chunk * 4096; t < std::min(out.ids.size(), (chunk + 1) * 4096); ++t) {
-            const Vec3 centre = (out.mesh.corner(t, 0) + out.mesh.corner(t, 1) + out.mesh.corner(t, 2)) / (3 * packing.voxelSize);
+            const Vec3 centre =
+                (out.mesh.corner(t, 0) + out.mesh.corner(t, 1) + out.mesh.corner(t, 2)) / (3 * packing.voxelSize);
             const Vec3 inward = -triangleNormal(out.mesh, t);
             for (double depth : {0.6, 1.2, 0.0, 1.8}) {
                 const Vec3 p = centre + depth * inward;
                 out.ids[t] = ids.getValue(nearestVoxel(p));
                 if (out.ids[t]) break;
             }
-            if (!out.ids[t] && base.getValue(nearestVoxel(centre)) > 1) out.ids[t] = nearestId(ids, nearestVoxel(centre));
+            if (!out.ids[t] && base.getValue(nearestVoxel(centre)) > 1)
+                out.ids[t] = nearestId(ids, nearestVoxel(centre));
         }
     });
     return out;

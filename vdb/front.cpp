@@ -75,13 +75,14 @@ double Front::scaleAt(const GrowthBlock& block, int v) const {
 
 double Front::speedOf(GrowthBlock* block, int v) {
     if (block->contact[v] < 0)
-        block->contact[v] = float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
+        block->contact[v] =
+            float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
     return speedAt(*block, v);
 }
 
-/// Arrival near the contact rim, where the speed changes too fast within a voxel to march: with F = k d the front sweeps
-/// the wedge between body and neighbour like a hand of a clock, T = angle / k. Nearer than two voxels the angle is read
-/// farther out on the same ray from the rim. Never, away from the rim.
+/// Arrival near the contact rim, where the speed changes too fast within a voxel to march: with F = k d the front
+/// sweeps the wedge between body and neighbour like a hand of a clock, T = angle / k. Nearer than two voxels the angle
+/// is read farther out on the same ray from the rim. Never, away from the rim.
 double Front::wedgeArrival(const GrowthBlock& block, int v) const {
     constexpr double kRead = 2;
     double d = block.contact[v];
@@ -128,8 +129,8 @@ void Front::start() {
             if (speed > 0) {
                 const double wedge = wedgeArrival(*block, v);
                 push(block, v, wedge < kNever ? wedge : std::max(0.f, phi) / speed);
-            }
-            else dormant_.push_back(uint32_t(block->number) * 512 + uint32_t(v));
+            } else
+                dormant_.push_back(uint32_t(block->number) * 512 + uint32_t(v));
         }
     }
 }
@@ -234,7 +235,8 @@ void Front::commit() {
         std::atomic<Claim>& slot = blocks[c.voxel / 512].claims->claims[c.voxel % 512];
         const Claim mine = makeClaim(c.time, element.id);
         Claim held = slot.load(std::memory_order_relaxed);
-        while (mine < held && !slot.compare_exchange_weak(held, mine, std::memory_order_relaxed)) {}
+        while (mine < held && !slot.compare_exchange_weak(held, mine, std::memory_order_relaxed)) {
+        }
     }
 }
 
@@ -244,8 +246,10 @@ void Front::settle() {
     for (const Arrival& c : claimed_) {
         GrowthBlock& block = blocks[c.voxel / 512];
         const int v = int(c.voxel % 512);
-        if (block.claims->claims[v].load(std::memory_order_relaxed) == makeClaim(c.time, element.id)) claimed_[kept++] = c;
-        else block.state[v] = kGhost;
+        if (block.claims->claims[v].load(std::memory_order_relaxed) == makeClaim(c.time, element.id))
+            claimed_[kept++] = c;
+        else
+            block.state[v] = kGhost;
     }
     claimed_.resize(kept);
     won = kept;
@@ -263,16 +267,20 @@ void Front::settle() {
 
 void Front::release() {
     for (const Arrival& c : claimed_)
-        if (c.time > stopTime) blocks[c.voxel / 512].claims->claims[c.voxel % 512].store(kFree, std::memory_order_relaxed);
+        if (c.time > stopTime)
+            blocks[c.voxel / 512].claims->claims[c.voxel % 512].store(kFree, std::memory_order_relaxed);
 }
 
-double Front::nextArrival() const { return heap_.empty() ? std::numeric_limits<double>::infinity() : double(heap_.front().time); }
+double Front::nextArrival() const {
+    return heap_.empty() ? std::numeric_limits<double>::infinity() : double(heap_.front().time);
+}
 
 double Front::frontSpeed() const {
     double most = 0;
     for (const Arrival& h : heap_) {
         const GrowthBlock& block = blocks[h.voxel / 512];
-        if (block.state[h.voxel % 512] == kTrial && block.time[h.voxel % 512] == h.time) most = std::max(most, speedAt(block, int(h.voxel % 512)));
+        if (block.state[h.voxel % 512] == kTrial && block.time[h.voxel % 512] == h.time)
+            most = std::max(most, speedAt(block, int(h.voxel % 512)));
     }
     return most;
 }
@@ -306,8 +314,10 @@ bool Front::widen(double now) {
             const Coord c = block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
             t = std::min(t, now + std::max(0.f, element.body->getValue(c)) / speed);
         }
-        if (t < kNever) push(block, v, t);
-        else dormant_.push_back(w);
+        if (t < kNever)
+            push(block, v, t);
+        else
+            dormant_.push_back(w);
     }
     return true;
 }

@@ -9,8 +9,8 @@
 
 namespace pavel {
 
-/// State of a voxel for one front. Ghosts are voxels that another front or body holds: the front marches two layers into
-/// them, so that the face between the two is known at sub-voxel precision, but grows no further from there.
+/// State of a voxel for one front. Ghosts are voxels that another front or body holds: the front marches two layers
+/// into them, so that the face between the two is known at sub-voxel precision, but grows no further from there.
 enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody };
 
 struct GrowthBlock {
@@ -46,8 +46,8 @@ class Front {
     bool widen(double now);
 
     double speedAt(const GrowthBlock& block, int v) const;
-    /// Turns times into distances: the speed, but not taken nearer to the contact than two voxels. There it falls so fast
-    /// within a voxel that the zero set of a product with it would be pitted.
+    /// Turns times into distances: the speed, but not taken nearer to the contact than two voxels. There it falls so
+    /// fast within a voxel that the zero set of a product with it would be pitted.
     double scaleAt(const GrowthBlock& block, int v) const;
     /// Distance-like value of the grown region's own surface at an outside voxel with a known time, for the stop time.
     float displaced(const GrowthBlock& block, int v) const {
@@ -63,7 +63,7 @@ class Front {
     const WorkElement& element;
     std::deque<GrowthBlock> blocks;
     double a, b, weight;
-    double grown = 0;        ///< voxels won so far
+    double grown = 0;  ///< voxels won so far
     float stopTime = std::numeric_limits<float>::infinity();
     bool stopped = false;    ///< has its volume back, or
     bool exhausted = false;  ///< has no room left

@@ -30,14 +30,17 @@ std::vector<Coord> unionOrigins(const std::vector<WorkElement>& elements, const 
 }
 
 /// Leaf origins of the union, and of the base where it runs through the union's inside.
-std::vector<Coord> combinedOrigins(const std::vector<WorkElement>& elements, const openvdb::FloatTree& all, const openvdb::FloatTree& base) {
+std::vector<Coord> combinedOrigins(const std::vector<WorkElement>& elements, const openvdb::FloatTree& all,
+                                   const openvdb::FloatTree& base) {
     std::vector<Coord> origins;
     for (auto leaf = all.cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
     CoordBBox box;
     for (const WorkElement& e : elements) box.expand(e.box);
     const BaseReader reader(all);
     for (auto leaf = base.cbeginLeaf(); leaf; ++leaf)
-        if (box.isInside(leaf->origin()) && !reader.probeConstLeaf(leaf->origin()) && reader.getValue(leaf->origin()) < 0) origins.push_back(leaf->origin());
+        if (box.isInside(leaf->origin()) && !reader.probeConstLeaf(leaf->origin()) &&
+            reader.getValue(leaf->origin()) < 0)
+            origins.push_back(leaf->origin());
     return sortedOnce(std::move(origins));
 }
 
@@ -47,8 +50,10 @@ class BlockReader {
     explicit BlockReader(const openvdb::FloatTree& tree) : reader_(tree) {}
     void read(const Coord& origin, float* values) const {
         const auto* leaf = reader_.probeConstLeaf(origin);
-        if (leaf) std::copy(leaf->buffer().data(), leaf->buffer().data() + 512, values);
-        else std::fill(values, values + 512, reader_.getValue(origin));
+        if (leaf)
+            std::copy(leaf->buffer().data(), leaf->buffer().data() + 512, values);
+        else
+            std::fill(values, values + 512, reader_.getValue(origin));
     }
 
   private:
@@ -66,14 +71,17 @@ void unionValues(const std::vector<WorkElement>& elements, const Growth& growth,
         const float tile = leaf ? 0 : e.placed->getValue(origin);
         if (leaf || tile < 0) {
             for (int v = 0; v < 512; ++v) {
-                if (!islands[size_t(i)].empty() && islands[size_t(i)].count(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))) continue;
+                if (!islands[size_t(i)].empty() &&
+                    islands[size_t(i)].count(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))))
+                    continue;
                 values[v] = std::min(values[v], leaf ? leaf->getValue(openvdb::Index(v)) : tile);
             }
         }
         const Front* front = growth.front(i);
         if (const GrowthBlock* block = front ? front->probe(origin) : nullptr)
             for (int v = 0; v < 512; ++v)
-                if (front->hasTime(*block, v) || block->state[v] == kBody) values[v] = std::min(values[v], std::max(-kBand, growth.ownValue(i, *block, v)));
+                if (front->hasTime(*block, v) || block->state[v] == kBody)
+                    values[v] = std::min(values[v], std::max(-kBand, growth.ownValue(i, *block, v)));
     }
 }
 
@@ -88,13 +96,16 @@ openvdb::FloatTree::Ptr unionTree(const std::vector<WorkElement>& elements, cons
     const ElementIndex index(elements);
     const std::vector<Coord> origins = unionOrigins(elements, growth);
     std::vector<std::set<Coord>> islands(elements.size());
-    for (size_t i = 0; i < elements.size(); ++i) islands[i].insert(elements[i].islands.begin(), elements[i].islands.end());
+    for (size_t i = 0; i < elements.size(); ++i)
+        islands[i].insert(elements[i].islands.begin(), elements[i].islands.end());
     auto tree = std::make_shared<openvdb::FloatTree>(kBand);
     constexpr size_t kChunk = 4096;
     std::vector<float> values(kChunk * 512);
     for (size_t first = 0; first < origins.size(); first += kChunk) {
         const size_t count = std::min(kChunk, origins.size() - first);
-        tbb::parallel_for(size_t(0), count, [&](size_t k) { unionValues(elements, growth, index, islands, origins[first + k], &values[k * 512]); });
+        tbb::parallel_for(size_t(0), count, [&](size_t k) {
+            unionValues(elements, growth, index, islands, origins[first + k], &values[k * 512]);
+        });
         for (size_t k = 0; k < count; ++k) setLeaf(*tree, origins[first + k], &values[k * 512]);
     }
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
@@ -103,13 +114,13 @@ openvdb::FloatTree::Ptr unionTree(const std::vector<WorkElement>& elements, cons
 
 void offset(openvdb::FloatTree& tree, float by) {
     openvdb::tree::LeafManager<openvdb::FloatTree> leaves(tree);
-    leaves.foreach([by](openvdb::FloatTree::LeafNodeType& leaf, size_t) {
+    leaves.foreach ([by](openvdb::FloatTree::LeafNodeType& leaf, size_t) {
         for (openvdb::Index v = 0; v < 512; ++v) leaf.setValueOnly(v, leaf.getValue(v) + by);
     });
 }
 
-/// Morphological closing by three quarters of a voxel: slits between neighbours that are thinner than that, which no grid or printer
-/// can show, are filled instead of leaving a row of pits and specks; everything else keeps its place.
+/// Morphological closing by three quarters of a voxel: slits between neighbours that are thinner than that, which no
+/// grid or printer can show, are filled instead of leaving a row of pits and specks; everything else keeps its place.
 openvdb::FloatTree::Ptr closed(const openvdb::FloatTree& raw) {
     constexpr float kRadius = 0.75f;
     openvdb::FloatTree::Ptr tree = redistanced(raw);
@@ -121,7 +132,8 @@ openvdb::FloatTree::Ptr closed(const openvdb::FloatTree& raw) {
 
 /// Sets f(union, base) wherever the union has values.
 template <class F>
-void combine(const std::vector<WorkElement>& elements, const openvdb::FloatTree& all, const openvdb::FloatTree& base, openvdb::FloatTree& out, F f) {
+void combine(const std::vector<WorkElement>& elements, const openvdb::FloatTree& all, const openvdb::FloatTree& base,
+             openvdb::FloatTree& out, F f) {
     const BlockReader above(all), below(base);
     for (const Coord& origin : combinedOrigins(elements, all, base)) {
         float u[512], b[512];
@@ -135,7 +147,8 @@ void combine(const std::vector<WorkElement>& elements, const openvdb::FloatTree&
 
 }  // namespace
 
-void fuse(const std::vector<WorkElement>& elements, const Growth& growth, const openvdb::FloatTree::Ptr& base, bool withSolid, PackedGrids& grids) {
+void fuse(const std::vector<WorkElement>& elements, const Growth& growth, const openvdb::FloatTree::Ptr& base,
+          bool withSolid, PackedGrids& grids) {
     openvdb::FloatTree::Ptr all = unionTree(elements, growth);
     if (withSolid) {
         openvdb::FloatTree solid(*base);
@@ -148,7 +161,6 @@ void fuse(const std::vector<WorkElement>& elements, const Growth& growth, const 
     all.reset();
     grids.surface = redistanced(outside);
 }
-
 
 openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements) {
     auto ids = std::make_shared<openvdb::Int32Tree>(0);

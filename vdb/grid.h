@@ -15,7 +15,8 @@ using openvdb::Coord;
 using openvdb::CoordBBox;
 
 /// A small tree: 7.7 KB empty against 300 KB of a FloatTree, with the same leaves. Files hold standard grids only.
-using WorkTree = openvdb::tree::Tree<openvdb::tree::RootNode<openvdb::tree::InternalNode<openvdb::tree::LeafNode<float, 3>, 3>>>;
+using WorkTree =
+    openvdb::tree::Tree<openvdb::tree::RootNode<openvdb::tree::InternalNode<openvdb::tree::LeafNode<float, 3>, 3>>>;
 using WorkLeaf = WorkTree::LeafNodeType;
 using WorkReader = openvdb::tree::ValueAccessor<const WorkTree, false>;
 using BaseReader = openvdb::tree::ValueAccessor<const openvdb::FloatTree, false>;
@@ -24,10 +25,18 @@ using BaseReader = openvdb::tree::ValueAccessor<const openvdb::FloatTree, false>
 constexpr float kBand = 4;
 constexpr float kResultBand = 3;
 
-inline openvdb::Vec3d toVdb(const Vec3& v) { return {v[0], v[1], v[2]}; }
-inline Vec3 fromVdb(const openvdb::Vec3d& v) { return {v[0], v[1], v[2]}; }
-inline Vec3 centreOf(const Coord& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
-inline Coord leafOrigin(const Coord& c) { return {c[0] & ~7, c[1] & ~7, c[2] & ~7}; }
+inline openvdb::Vec3d toVdb(const Vec3& v) {
+    return {v[0], v[1], v[2]};
+}
+inline Vec3 fromVdb(const openvdb::Vec3d& v) {
+    return {v[0], v[1], v[2]};
+}
+inline Vec3 centreOf(const Coord& c) {
+    return {double(c[0]), double(c[1]), double(c[2])};
+}
+inline Coord leafOrigin(const Coord& c) {
+    return {c[0] & ~7, c[1] & ~7, c[2] & ~7};
+}
 
 /// Trilinear value at a point in index space.
 template <class Reader>

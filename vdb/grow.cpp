@@ -18,9 +18,15 @@ constexpr double kStuckShare = 0.01;
 
 }  // namespace
 
-Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base, const std::vector<Material>& materials)
-    : elements_(elements), base_(base), claims_(elements, base), fronts_(elements.size()), fixedVolume_(elements.size(), 0),
-      touched_(elements.size()), measuredBlocks_(elements.size(), 0) {
+Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
+               const std::vector<Material>& materials)
+    : elements_(elements),
+      base_(base),
+      claims_(elements, base),
+      fronts_(elements.size()),
+      fixedVolume_(elements.size(), 0),
+      touched_(elements.size()),
+      measuredBlocks_(elements.size(), 0) {
     double most = 0;
     for (const WorkElement& e : elements)
         if (e.bodyVoxels) most = std::max(most, e.lost() / e.placedVolume);
@@ -67,7 +73,9 @@ void Growth::march(const RunContext& context) {
             each(active, [&](Front& f) { f.march(now, stopTimes, true); });
             each(active, [](Front& f) { f.commit(); });
             each(active, [](Front& f) { f.settle(); });
-            each(active, [](Front& f) { if (f.stopped) f.release(); });
+            each(active, [](Front& f) {
+                if (f.stopped) f.release();
+            });
         }
         std::vector<Front*> ended, next;
         for (Front* f : active) {
@@ -125,7 +133,8 @@ void Growth::displaceBodies(int i) {
 float Growth::ownValue(int i, const GrowthBlock& block, int v) const {
     const Front& f = *fronts_[size_t(i)];
     if (block.state[v] == kBody) return block.time[v];
-    const float body = std::max(0.f, f.element.body->getValue(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))));
+    const float body =
+        std::max(0.f, f.element.body->getValue(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))));
     // The grown surface is nowhere farther than the body's.
     return f.hasTime(block, v) ? std::min(body, f.displaced(block, v)) : body;
 }
@@ -138,7 +147,8 @@ void Growth::fillRegion(int i, const GrowthBlock& block, float* values) const {
         const WorkLeaf* leaf = elements_[size_t(j)].body->probeConstLeaf(block.origin);
         const float tile = leaf ? 0 : elements_[size_t(j)].body->getValue(block.origin);
         if (!leaf && tile > 0) continue;
-        for (int v = 0; v < 512; ++v) values[v] = std::max(values[v], leaf ? -leaf->getValue(openvdb::Index(v)) : -tile);
+        for (int v = 0; v < 512; ++v)
+            values[v] = std::max(values[v], leaf ? -leaf->getValue(openvdb::Index(v)) : -tile);
     }
     const auto others = here_.find(block.origin);
     if (others != here_.end()) {
@@ -154,7 +164,8 @@ void Growth::fillRegion(int i, const GrowthBlock& block, float* values) const {
                     if (block.state[v] == kBody) continue;
                     if (own.hasTime(block, v)) {
                         // zero set of T_i - T_j, as far as j really got; the gradients point against each other
-                        const double slowness = 1 / std::max(own.scaleAt(block, v), 1e-6) + 1 / std::max(f.scaleAt(theirs, v), 1e-6);
+                        const double slowness =
+                            1 / std::max(own.scaleAt(block, v), 1e-6) + 1 / std::max(f.scaleAt(theirs, v), 1e-6);
                         taken = std::min(taken, float((double(block.time[v]) - double(theirs.time[v])) / slowness));
                     }
                 }
@@ -166,7 +177,8 @@ void Growth::fillRegion(int i, const GrowthBlock& block, float* values) const {
         const auto* leaf = base_->probeConstLeaf(block.origin);
         const float tile = leaf ? 0 : base_->getValue(block.origin);
         if (leaf || tile < 0)
-            for (int v = 0; v < 512; ++v) values[v] = std::max(values[v], leaf ? -leaf->getValue(openvdb::Index(v)) : kBand);
+            for (int v = 0; v < 512; ++v)
+                values[v] = std::max(values[v], leaf ? -leaf->getValue(openvdb::Index(v)) : kBand);
     }
 }
 
@@ -207,8 +219,10 @@ void Growth::measureFixedPart(int i) {
     const WorkReader reader(*e.body);
     double moving = 0;
     for (const Coord& c : touched) {
-        if (const WorkLeaf* leaf = e.body->probeConstLeaf(c)) moving += leafVolume(reader, *leaf);
-        else if (e.body->getValue(c) < 0) moving += 512;
+        if (const WorkLeaf* leaf = e.body->probeConstLeaf(c))
+            moving += leafVolume(reader, *leaf);
+        else if (e.body->getValue(c) < 0)
+            moving += 512;
     }
     fixedVolume_[size_t(i)] = e.bodyVolume - moving;
 }
@@ -218,8 +232,10 @@ double Growth::regionVolume(int i, double* slope) {
     const WorkReader reader(*tree);
     double volume = fixedVolume_[size_t(i)];
     for (const Coord& c : touched_[size_t(i)]) {
-        if (const WorkLeaf* leaf = tree->probeConstLeaf(c)) volume += leafVolume(reader, *leaf);
-        else if (tree->getValue(c) < 0) volume += 512;
+        if (const WorkLeaf* leaf = tree->probeConstLeaf(c))
+            volume += leafVolume(reader, *leaf);
+        else if (tree->getValue(c) < 0)
+            volume += 512;
     }
     // dV/dT = integral of the speed over the free front
     const Front& f = *fronts_[size_t(i)];
@@ -246,7 +262,9 @@ void Growth::solveStopTimes(const std::vector<double>& targets, const RunContext
     std::vector<float> stopTimes(n + 1, std::numeric_limits<float>::infinity());
     for (size_t i = 0; i < n; ++i)
         if (fronts_[i]) stopTimes[i + 1] = fronts_[i]->stopTime;
-    const auto each = [](const std::vector<int>& list, const auto& f) { tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k], k); }); };
+    const auto each = [](const std::vector<int>& list, const auto& f) {
+        tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k], k); });
+    };
     std::vector<int> all;
     for (size_t i = 0; i < n; ++i)
         if (fronts_[i]) all.push_back(int(i));

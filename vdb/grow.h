@@ -16,7 +16,8 @@ struct Material {
 class Growth {
   public:
     /// `materials` by kind. Elements without loss or contact get no front.
-    Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base, const std::vector<Material>& materials);
+    Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
+           const std::vector<Material>& materials);
 
     void march(const RunContext& context);
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels.

@@ -16,11 +16,19 @@ double cubeShareUnderPlane(double distance, Vec3 n) {
     const double m1 = std::max(m[0] / sum, 1e-9), m2 = std::max(m[1] / sum, 1e-9), m3 = m[2] / sum, m12 = m1 + m2;
     const auto cube = [](double x) { return x * x * x; };
     double v;
-    if (alpha < m1) v = cube(alpha) / (6 * m1 * m2 * m3);
-    else if (alpha < m2) v = alpha * (alpha - m1) / (2 * m2 * m3) + m1 * m1 / (6 * m2 * m3);
-    else if (alpha < std::min(m12, m3)) v = (alpha * alpha * (3 * m12 - alpha) + m1 * m1 * (m1 - 3 * alpha) + m2 * m2 * (m2 - 3 * alpha)) / (6 * m1 * m2 * m3);
-    else if (m3 < m12) v = (alpha * alpha * (3 - 2 * alpha) + m1 * m1 * (m1 - 3 * alpha) + m2 * m2 * (m2 - 3 * alpha) + m3 * m3 * (m3 - 3 * alpha)) / (6 * m1 * m2 * m3);
-    else v = (2 * alpha - m12) / (2 * m3);
+    if (alpha < m1)
+        v = cube(alpha) / (6 * m1 * m2 * m3);
+    else if (alpha < m2)
+        v = alpha * (alpha - m1) / (2 * m2 * m3) + m1 * m1 / (6 * m2 * m3);
+    else if (alpha < std::min(m12, m3))
+        v = (alpha * alpha * (3 * m12 - alpha) + m1 * m1 * (m1 - 3 * alpha) + m2 * m2 * (m2 - 3 * alpha)) /
+            (6 * m1 * m2 * m3);
+    else if (m3 < m12)
+        v = (alpha * alpha * (3 - 2 * alpha) + m1 * m1 * (m1 - 3 * alpha) + m2 * m2 * (m2 - 3 * alpha) +
+             m3 * m3 * (m3 - 3 * alpha)) /
+            (6 * m1 * m2 * m3);
+    else
+        v = (2 * alpha - m12) / (2 * m3);
     return upper ? 1 - v : v;
 }
 
@@ -28,8 +36,10 @@ double leafVolume(const WorkReader& reader, const WorkLeaf& leaf) {
     double volume = 0;
     for (openvdb::Index i = 0; i < WorkLeaf::SIZE; ++i) {
         const float v = leaf.getValue(i);
-        if (v <= -1.8f) volume += 1;
-        else if (v < 1.8f) volume += insideShare(reader, leaf.offsetToGlobalCoord(i), v);
+        if (v <= -1.8f)
+            volume += 1;
+        else if (v < 1.8f)
+            volume += insideShare(reader, leaf.offsetToGlobalCoord(i), v);
     }
     return volume;
 }

@@ -22,8 +22,8 @@ double insideShare(const Reader& reader, const Coord& c, float value) {
 }
 
 struct InsideMeasure {
-    double volume = 0;      ///< sub-voxel, in voxels
-    uint64_t voxels = 0;    ///< voxel centres inside
+    double volume = 0;    ///< sub-voxel, in voxels
+    uint64_t voxels = 0;  ///< voxel centres inside
 };
 
 InsideMeasure measureInside(const WorkTree& tree);

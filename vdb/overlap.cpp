@@ -12,7 +12,9 @@ namespace {
 constexpr double kHalfBlock = 3.5 * 1.7320508;
 
 /// Sets a whole block to one side.
-void fillBlock(WorkTree& tree, const Coord& origin, float value) { tree.addTile(1, origin, value, false); }
+void fillBlock(WorkTree& tree, const Coord& origin, float value) {
+    tree.addTile(1, origin, value, false);
+}
 
 void trimByNeighbour(WorkElement& element, const WorkElement& other) {
     WorkTree& body = *element.body;
@@ -36,7 +38,8 @@ void trimByNeighbour(WorkElement& element, const WorkElement& other) {
         for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) {
             const float inOther = cut ? -cut->getValue(v) : kBand;
             if (inOther <= -kBand) continue;
-            const float taken = std::min(inOther, float(std::clamp(g(centreOf(leaf->offsetToGlobalCoord(v))), -double(kBand), double(kBand))));
+            const float taken = std::min(
+                inOther, float(std::clamp(g(centreOf(leaf->offsetToGlobalCoord(v))), -double(kBand), double(kBand))));
             if (taken > leaf->getValue(v)) leaf->setValueOnly(v, taken);
         }
     });
@@ -83,8 +86,10 @@ class Pieces {
         if (box.empty()) return;
         forEachBlock(box, [&](const Coord& origin) {
             const WorkLeaf* leaf = tree.probeConstLeaf(origin);
-            if (leaf) labelLeaf(*leaf);
-            else if (tree.getValue(origin) < 0) blocks_[origin] = {nullptr, newLabel(WorkLeaf::SIZE)};
+            if (leaf)
+                labelLeaf(*leaf);
+            else if (tree.getValue(origin) < 0)
+                blocks_[origin] = {nullptr, newLabel(WorkLeaf::SIZE)};
         });
         for (const auto& [origin, block] : blocks_)
             for (int axis = 0; axis < 3; ++axis) joinAcross(origin, block, axis);

@@ -32,12 +32,14 @@ void forEachElement(size_t n, const RunContext& context, const char* stage, doub
     context.progress(stage, to);
 }
 
-std::vector<WorkElement> voxelizeAll(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, double h, const RunContext& context) {
+std::vector<WorkElement> voxelizeAll(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed,
+                                     double h, const RunContext& context) {
     std::vector<CanonicalField> fields(kinds.size());
     tbb::parallel_for(size_t(0), kinds.size(), [&](size_t k) {
         double lo = 1e300, hi = 0;
         for (const PlacedElement& p : placed)
-            if (p.kind == int(k)) lo = std::min(lo, p.worldFromElement.scale), hi = std::max(hi, p.worldFromElement.scale);
+            if (p.kind == int(k))
+                lo = std::min(lo, p.worldFromElement.scale), hi = std::max(hi, p.worldFromElement.scale);
         if (hi > 0) fields[k] = makeCanonicalField(kinds[k].mesh, h, lo, hi);
     });
     std::vector<WorkElement> elements(placed.size());
@@ -92,20 +94,28 @@ openvdb::FloatGrid::Ptr toFloatGrid(const WorkTree& tree) {
 
 void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double h, RunContext& context) {
     const Bounds b = meshBounds(base);
-    const double reach = std::max({std::abs(b.min.max()), std::abs(b.min.min()), std::abs(b.max.max()), std::abs(b.max.min())}) / h;
+    const double reach =
+        std::max({std::abs(b.min.max()), std::abs(b.min.min()), std::abs(b.max.max()), std::abs(b.max.min())}) / h;
     // Distances are floats of voxel coordinates: beyond this a voxel is no longer resolved to a thousandth.
-    if (reach > 1e6) throw InputError("voxel_size is too small: the base reaches " + std::to_string(int64_t(reach)) + " voxels from the origin (at most 1000000)");
-    if (b.size().min() / h < 3) throw InputError("voxel_size is too large: the base is only " + std::to_string(b.size().min() / h) + " voxels thick");
+    if (reach > 1e6)
+        throw InputError("voxel_size is too small: the base reaches " + std::to_string(int64_t(reach)) +
+                         " voxels from the origin (at most 1000000)");
+    if (b.size().min() / h < 3)
+        throw InputError("voxel_size is too large: the base is only " + std::to_string(b.size().min() / h) +
+                         " voxels thick");
     for (const ElementKind& k : kinds) {
         const double voxels = meshBounds(k.mesh).size().min() / h;
         if (voxels < 3)
-            throw InputError("voxel_size is too large: element \"" + k.name + "\" is only " + std::to_string(voxels).substr(0, 4) + " voxels thick (at least 3; 10 or more look good)");
-        if (voxels < 8) context.warn("element \"" + k.name + "\" is only " + std::to_string(voxels).substr(0, 4) + " voxels thick: details are lost");
+            throw InputError("voxel_size is too large: element \"" + k.name + "\" is only " +
+                             std::to_string(voxels).substr(0, 4) + " voxels thick (at least 3; 10 or more look good)");
+        if (voxels < 8)
+            context.warn("element \"" + k.name + "\" is only " + std::to_string(voxels).substr(0, 4) +
+                         " voxels thick: details are lost");
     }
 }
 
-Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed,
-             const PackOptions& options, RunContext& context) {
+Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds,
+             const std::vector<PlacedElement>& placed, const PackOptions& options, RunContext& context) {
     const double h = options.voxelSize, h3 = h * h * h;
     openvdb::initialize();
     Packing result;
@@ -130,13 +140,15 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     {
         const StageTimer timer(context, "growth");
         std::vector<Material> materials(kinds.size(), Material{options.a, options.b});
-        for (size_t k = 0; k < options.kindMaterial.size(); ++k) materials[k] = {options.kindMaterial[k].first, options.kindMaterial[k].second};
+        for (size_t k = 0; k < options.kindMaterial.size(); ++k)
+            materials[k] = {options.kindMaterial[k].first, options.kindMaterial[k].second};
         Growth growth(elements, grids.base.get(), materials);
         growth.march(context);
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = elements[i].placedVolume;
         growth.solveStopTimes(targets, context);
-        // What re-distancing changes in the measure is small and hardly moves with the stop time: solve with it allowed for.
+        // What re-distancing changes in the measure is small and hardly moves with the stop time: solve with it allowed
+        // for.
         std::vector<double> corrected = targets;
         forEachElement(n, context, "growth", 0.7, 0.8, [&](size_t i) {
             if (!elements[i].bodyVoxels || !growth.front(int(i))) return;
@@ -159,12 +171,16 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             if (f && f->b > f->firstB) r.widenedB = f->b;
             // Rounding is no lack of room; what is missing beyond it could not be had back.
             const double missing = r.targetVolume - r.finalVolume;
-            if (!e.bodyVoxels || (f && f->exhausted) || missing > 1e-3 * r.targetVolume) r.unrecoveredVolume = std::max(0.0, missing);
+            if (!e.bodyVoxels || (f && f->exhausted) || missing > 1e-3 * r.targetVolume)
+                r.unrecoveredVolume = std::max(0.0, missing);
         });
         for (size_t i = 0; i < n; ++i) {
-            if (!elements[i].bodyVoxels) swallowed.push_back(elements[i].id);
-            else if (result.elements[i].unrecoveredVolume > 0) short_.push_back(elements[i].id);
-            else if (result.elements[i].widenedB > 0) widened.push_back(elements[i].id);
+            if (!elements[i].bodyVoxels)
+                swallowed.push_back(elements[i].id);
+            else if (result.elements[i].unrecoveredVolume > 0)
+                short_.push_back(elements[i].id);
+            else if (result.elements[i].widenedB > 0)
+                widened.push_back(elements[i].id);
         }
         result.counts.grownVoxels = growth.grownVoxels();
         for (WorkElement& e : elements) e.contact.reset();

@@ -11,10 +11,10 @@ namespace pavel {
 struct PackedGrids;  // packed_grids.h: the OpenVDB side
 
 struct PackOptions {
-    double voxelSize = 1;       ///< h, scene units
-    double a = 0.1, b = 0.3;    ///< volume recovery function, shares of an element's size
+    double voxelSize = 1;                                 ///< h, scene units
+    double a = 0.1, b = 0.3;                              ///< volume recovery function, shares of an element's size
     std::vector<std::pair<double, double>> kindMaterial;  ///< a, b by kind; empty: the two above for all
-    bool solidWithBase = false;  ///< also make the fused solid of elements and base
+    bool solidWithBase = false;                           ///< also make the fused solid of elements and base
 };
 
 /// Volumes in scene units^3, one sub-voxel measure throughout.
@@ -45,6 +45,7 @@ Packing pack(const TriangleMesh& base, const std::vector<ElementKind>& kinds, co
 
 /// Extent of the elements in voxels, and where they would leave the range that indices and floats can hold.
 /// @throws InputError where the voxel size does not suit the scene
-void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double voxelSize, RunContext& context);
+void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double voxelSize,
+                    RunContext& context);
 
 }  // namespace pavel

@@ -89,7 +89,8 @@ class Window {
     bool crosses(int i) const {
         const bool s = phi_[size_t(i)] < 0;
         return (phi_[size_t(i - 1)] < 0) != s || (phi_[size_t(i + 1)] < 0) != s || (phi_[size_t(i - kSide)] < 0) != s ||
-               (phi_[size_t(i + kSide)] < 0) != s || (phi_[size_t(i - kSide * kSide)] < 0) != s || (phi_[size_t(i + kSide * kSide)] < 0) != s;
+               (phi_[size_t(i + kSide)] < 0) != s || (phi_[size_t(i - kSide * kSide)] < 0) != s ||
+               (phi_[size_t(i + kSide * kSide)] < 0) != s;
     }
 
     float trilinear(const Vec3f& p) const {
@@ -128,8 +129,10 @@ class Window {
                     s = lo + (hi - lo) * fLo / (fLo - fHi);
                     const float f = trilinear(p + toward * s);
                     if (std::abs(f) < 1e-4f) break;
-                    if ((f < 0) == (f0 < 0)) lo = s, fLo = f;
-                    else hi = s, fHi = f;
+                    if ((f < 0) == (f0 < 0))
+                        lo = s, fLo = f;
+                    else
+                        hi = s, fHi = f;
                 }
                 foot.point = p + toward * s;
                 foot.normal = g;
@@ -162,7 +165,9 @@ class Window {
                 for (int dy = -1; dy <= 1; ++dy)
                     for (int dz = -1; dz <= 1; ++dz) {
                         const int nx = x + dx, ny = y + dy, nz = z + dz;
-                        if (nx < kMargin || ny < kMargin || nz < kMargin || nx >= kSide - kMargin || ny >= kSide - kMargin || nz >= kSide - kMargin) continue;
+                        if (nx < kMargin || ny < kMargin || nz < kMargin || nx >= kSide - kMargin ||
+                            ny >= kSide - kMargin || nz >= kSide - kMargin)
+                            continue;
                         const float ex = float(nx) - p[0], ey = float(ny) - p[1], ez = float(nz) - p[2];
                         const float d2 = ex * ex + ey * ey + ez * ez;
                         const size_t n = size_t(index(nx, ny, nz));
@@ -215,7 +220,8 @@ typename Tree::Ptr redistanced(const Tree& raw) {
                     auto leaf = std::make_unique<Leaf>(bricks[b].offsetBy(bx, by, bz), kResultBand, false);
                     bool near = false;
                     for (openvdb::Index v = 0; v < Leaf::SIZE; ++v) {
-                        const float value = window.value(kHalo + bx + int(v >> 6), kHalo + by + int(v >> 3 & 7), kHalo + bz + int(v & 7));
+                        const float value = window.value(kHalo + bx + int(v >> 6), kHalo + by + int(v >> 3 & 7),
+                                                         kHalo + bz + int(v & 7));
                         leaf->setValueOnly(v, value);
                         const bool on = std::abs(value) < kResultBand;
                         leaf->setActiveState(v, on);

@@ -43,7 +43,8 @@ openvdb::FloatGrid::Ptr meshToLevelSet(const TriangleMesh& mesh, double voxelSiz
     triangles.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
     const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
-    auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(adapter, *openvdb::math::Transform::createLinearTransform(1.0), halfWidth, halfWidth);
+    auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+        adapter, *openvdb::math::Transform::createLinearTransform(1.0), halfWidth, halfWidth);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     return grid;
 }
@@ -100,6 +101,8 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
     return tree;
 }
 
-openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize) { return meshToLevelSet(mesh, voxelSize, kBand); }
+openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize) {
+    return meshToLevelSet(mesh, voxelSize, kBand);
+}
 
 }  // namespace pavel

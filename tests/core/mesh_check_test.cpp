@@ -21,8 +21,10 @@ TEST(MakeSolid, WeldsAndTurnsFacesOutward) {
     for (size_t t = 0; t < b.triangles.size(); ++t) {
         const int n = int(soup.points.size());
         for (int k = 0; k < 3; ++k) soup.points.push_back(b.corner(t, k));
-        if (t % 3 == 0) soup.triangles.push_back({n, n + 2, n + 1});
-        else soup.triangles.push_back({n, n + 1, n + 2});
+        if (t % 3 == 0)
+            soup.triangles.push_back({n, n + 2, n + 1});
+        else
+            soup.triangles.push_back({n, n + 1, n + 2});
     }
     const auto done = makeSolid(soup, "soup");
     EXPECT_EQ(done.size(), 3u);  // welded, dropped the unused, turned
@@ -38,7 +40,8 @@ TEST(MakeSolid, OpenMeshNamesItsLoopsOrIsClosedWhereAsked) {
         makeSolid(copy, "lid.obj");
         FAIL();
     } catch (const InputError& e) {
-        EXPECT_NE(std::string(e.what()).find("1 boundary loop (4 edges around (1, 0.5, 0.5))"), std::string::npos) << e.what();
+        EXPECT_NE(std::string(e.what()).find("1 boundary loop (4 edges around (1, 0.5, 0.5))"), std::string::npos)
+            << e.what();
     }
     RepairOptions fill;
     fill.fillHoles = true;

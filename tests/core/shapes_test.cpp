@@ -39,11 +39,13 @@ TEST_P(ElementShape, HasItsFootprintAndVolume) {
     EXPECT_NEAR(meshBounds(m).max[2] / height, 1, 0.03);
 }
 INSTANTIATE_TEST_SUITE_P(Table, ElementShape,
-                         testing::Values(ElementFacts{"pearl", 50.265, 7.2, 268.08}, ElementFacts{"disc", 50.265, 2.4, 106},
-                                         ElementFacts{"petal", 53.3, 3.0, 59.6}, ElementFacts{"leaf", 73.5, 2.3, 70.9},
-                                         ElementFacts{"scale", 68.5, 3.45, 80.6}, ElementFacts{"bean", 31.416, 4, 83.78},
-                                         ElementFacts{"rice", 17.4, 2.2, 28.1}, ElementFacts{"torus", 48.38, 2.2, 83.6},
-                                         ElementFacts{"rose_petal", 123, 2.65, 112}, ElementFacts{"pebble", 70.8, 5.2, 249}),
+                         testing::Values(ElementFacts{"pearl", 50.265, 7.2, 268.08},
+                                         ElementFacts{"disc", 50.265, 2.4, 106}, ElementFacts{"petal", 53.3, 3.0, 59.6},
+                                         ElementFacts{"leaf", 73.5, 2.3, 70.9}, ElementFacts{"scale", 68.5, 3.45, 80.6},
+                                         ElementFacts{"bean", 31.416, 4, 83.78}, ElementFacts{"rice", 17.4, 2.2, 28.1},
+                                         ElementFacts{"torus", 48.38, 2.2, 83.6},
+                                         ElementFacts{"rose_petal", 123, 2.65, 112},
+                                         ElementFacts{"pebble", 70.8, 5.2, 249}),
                          [](const auto& i) { return std::string(i.param.name); });
 
 struct BaseFacts {
@@ -60,13 +62,16 @@ TEST_P(VesselShape, HasItsAreasAndVolume) {
     EXPECT_NEAR(meshArea(groupSubmesh(m, "outer")) / outer, 1, 2e-3);
 }
 INSTANTIATE_TEST_SUITE_P(Table, VesselShape,
-                         testing::Values(BaseFacts{"vase", 112030, 227930, 55672}, BaseFacts{"bottle", 83358, 150510, 40576},
+                         testing::Values(BaseFacts{"vase", 112030, 227930, 55672},
+                                         BaseFacts{"bottle", 83358, 150510, 40576},
                                          BaseFacts{"glass", 41499, 54185, 19295}, BaseFacts{"tile", 22481, 79297, 9216},
                                          BaseFacts{"sphere", 20106, 268083, 20106}),
                          [](const auto& i) { return std::string(i.param.name); });
 
 TEST(Shapes, HeightScalesAVessel) {
-    EXPECT_NEAR(meshVolume(makeShape("vase", {{"height", 90}, {"wall", 2}, {"floor", 3}})) * 8 / meshVolume(makeShape("vase")), 1, 1e-6);
+    EXPECT_NEAR(
+        meshVolume(makeShape("vase", {{"height", 90}, {"wall", 2}, {"floor", 3}})) * 8 / meshVolume(makeShape("vase")),
+        1, 1e-6);
 }
 
 TEST(Shapes, BadNamesAndValuesAreErrors) {

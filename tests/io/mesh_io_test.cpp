@@ -67,8 +67,9 @@ TEST(MeshWrite, GlbIsInMetresWithYUp) {
 
 TEST(MeshRead, PolygonsOffAndGzip) {
     const test::TemporaryFolder folder;
-    writeText(folder / "cube.off", "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
-                                   "4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n");
+    writeText(folder / "cube.off",
+              "OFF\n8 6 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+              "4 3 2 1 0\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n");
     TriangleMesh m = readMesh(folder / "cube.off");
     EXPECT_EQ(m.triangles.size(), 12u);
     EXPECT_NEAR(meshVolume(m), 1, 1e-12);

@@ -20,7 +20,9 @@ const char* const kScene = R"({
   "output": { "vdb": true, "fog": false, "half": false, "elements": "separate", "mesh": ["glb", "ply"], "with_base": true, "preview": true }
 })";
 
-Scene parse(const std::string& text, const std::vector<std::string>& overrides = {}) { return parseScene(text, "scene.json", ".", overrides); }
+Scene parse(const std::string& text, const std::vector<std::string>& overrides = {}) {
+    return parseScene(text, "scene.json", ".", overrides);
+}
 
 std::string errorOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
     try {
@@ -56,12 +58,15 @@ TEST(SceneJson, WritesWhatItReads) {
 }
 
 TEST(SceneJson, MeshPathsFollowTheFolder) {
-    const Scene s = parseScene(R"({"voxel_size":1,"base":{"mesh":"in/b.obj"},"elements":[{"shape":"pearl"}],"seeding":{"count":3}})", "x", "/a/scenes");
+    const Scene s = parseScene(
+        R"({"voxel_size":1,"base":{"mesh":"in/b.obj"},"elements":[{"shape":"pearl"}],"seeding":{"count":3}})", "x",
+        "/a/scenes");
     EXPECT_NE(sceneJson(s, "/a/out").find("\"../scenes/in/b.obj\""), std::string::npos);
 }
 
 TEST(SceneJson, OverridesWin) {
-    const Scene s = parse(kScene, {"seeding.coverage=1.6", "elements.1.radius=3", "voxel_size=null", "resolution=50", "output.mesh=[\"stl\"]"});
+    const Scene s = parse(kScene, {"seeding.coverage=1.6", "elements.1.radius=3", "voxel_size=null", "resolution=50",
+                                   "output.mesh=[\"stl\"]"});
     EXPECT_EQ(*s.seeding.coverage, 1.6);
     EXPECT_EQ(s.elements[1].parameters.at("radius"), 3);
     EXPECT_FALSE(s.voxelSize);
@@ -94,9 +99,11 @@ TEST(SceneJson, ErrorsNameTheKeyAndTheMend) {
 }
 
 TEST(SceneJson, WhatIsNotThereYetIsRefused) {
-    for (const char* set : {"seeding.method=stripes", "seeding.offset=2", "seeding.offset=auto", "orientation.rotation=field", "assignment=alternate",
-                            "refine.iterations=5", "material.contact=depth", "material.gap=0.1", "material.base_loss=cut", "elements.0.stiffness=rigid",
-                            "output.mesh=[\"3mf\"]", "output.remesh={\"vertices\":10}", "shell={}", "seeding.region={\"height\":[0,1]}", "seeding=[]"}) {
+    for (const char* set :
+         {"seeding.method=stripes", "seeding.offset=2", "seeding.offset=auto", "orientation.rotation=field",
+          "assignment=alternate", "refine.iterations=5", "material.contact=depth", "material.gap=0.1",
+          "material.base_loss=cut", "elements.0.stiffness=rigid", "output.mesh=[\"3mf\"]",
+          "output.remesh={\"vertices\":10}", "shell={}", "seeding.region={\"height\":[0,1]}", "seeding=[]"}) {
         const std::string e = errorOf(kScene, {set});
         EXPECT_NE(e.find("not available yet"), std::string::npos) << set << ": " << e;
     }

@@ -44,7 +44,8 @@ TEST(Seeds, SizeVariationAndRotation) {
     RunContext context;
     const SeedSet set = makeSeeds(makeShape("sphere"), {pearl("a", 4, 1)}, scene, {}, context);
     double lo = 2, hi = 0, turn = 0;
-    for (const Seed& s : set.seeds) lo = std::min(lo, s.scale), hi = std::max(hi, s.scale), turn = std::max(turn, s.rotation);
+    for (const Seed& s : set.seeds)
+        lo = std::min(lo, s.scale), hi = std::max(hi, s.scale), turn = std::max(turn, s.rotation);
     EXPECT_GE(lo, 0.9);
     EXPECT_LT(lo, 0.92);
     EXPECT_LE(hi, 1.1);

@@ -41,9 +41,13 @@ inline void resolve(std::vector<WorkElement>& elements, const openvdb::FloatTree
         if (e.bodyVoxels) findContacts(e, elements, base);
 }
 
-inline double ballVolume(double r) { return 4 * kPi * r * r * r / 3; }
+inline double ballVolume(double r) {
+    return 4 * kPi * r * r * r / 3;
+}
 /// Volume of a ball's cap of height h.
-inline double capVolume(double r, double h) { return kPi * h * h * (3 * r - h) / 3; }
+inline double capVolume(double r, double h) {
+    return kPi * h * h * (3 * r - h) / 3;
+}
 
 /// Mean of | |grad| - 1 | over the voxels within 1.5 of the surface.
 template <class Tree>
@@ -54,7 +58,8 @@ double gradientError(const Tree& tree) {
     for (auto it = tree.cbeginValueOn(); it; ++it) {
         if (!it.isVoxelValue() || std::abs(*it) > 1.5) continue;
         const Coord c = it.getCoord();
-        const Vec3 g(reader.getValue(c.offsetBy(1, 0, 0)) - reader.getValue(c.offsetBy(-1, 0, 0)), reader.getValue(c.offsetBy(0, 1, 0)) - reader.getValue(c.offsetBy(0, -1, 0)),
+        const Vec3 g(reader.getValue(c.offsetBy(1, 0, 0)) - reader.getValue(c.offsetBy(-1, 0, 0)),
+                     reader.getValue(c.offsetBy(0, 1, 0)) - reader.getValue(c.offsetBy(0, -1, 0)),
                      reader.getValue(c.offsetBy(0, 0, 1)) - reader.getValue(c.offsetBy(0, 0, -1)));
         sum += std::abs(length(g) / 2 - 1);
         ++n;

@@ -16,8 +16,8 @@ inline std::string developmentMesh(const std::string& name) {
     return std::filesystem::exists(path) ? path : "";
 }
 
-#define PAVEL_NEED_MESH(variable, name)                                             \
-    const std::string variable = pavel::test::developmentMesh(name);                \
+#define PAVEL_NEED_MESH(variable, name)                              \
+    const std::string variable = pavel::test::developmentMesh(name); \
     if (variable.empty()) GTEST_SKIP() << name << " is not at hand (" PAVEL_TEST_MESHES ")"
 
 inline TriangleMesh sphere(double radius, const Vec3& centre = Vec3(0, 0, 0), int rows = 96) {
@@ -43,8 +43,10 @@ inline TriangleMesh square(double side, int n) {
 
 inline TriangleMesh box(const Vec3& lo, const Vec3& hi) {
     TriangleMesh m;
-    for (int i = 0; i < 8; ++i) m.points.emplace_back(i & 1 ? hi[0] : lo[0], i & 2 ? hi[1] : lo[1], i & 4 ? hi[2] : lo[2]);
-    m.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+    for (int i = 0; i < 8; ++i)
+        m.points.emplace_back(i & 1 ? hi[0] : lo[0], i & 2 ? hi[1] : lo[1], i & 4 ? hi[2] : lo[2]);
+    m.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                   {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
     return m;
 }
 

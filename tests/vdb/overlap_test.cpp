@@ -10,7 +10,8 @@ namespace {
 
 TEST(Trim, EqualSpheresLoseTheirCapsAndMeetInTheBisector) {
     constexpr double r = 24, d = 36;
-    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0.2, 0.1, -0.3}, {0.2 + d * 0.6, 0.1 + d * 0.8, -0.3}});
+    auto e =
+        test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0.2, 0.1, -0.3}, {0.2 + d * 0.6, 0.1 + d * 0.8, -0.3}});
     test::resolve(e);
     for (const WorkElement& w : e) {
         EXPECT_NEAR(w.lost() / test::capVolume(r, r - d / 2), 1, 0.01);
@@ -19,15 +20,18 @@ TEST(Trim, EqualSpheresLoseTheirCapsAndMeetInTheBisector) {
     }
     // On the bisector both bodies are at zero; bodies are disjoint.
     const WorkReader a(*e[0].body), b(*e[1].body);
-    const Vec3 middle = 0.5 * (e[0].centre + e[1].centre), n = normalized(e[1].centre - e[0].centre), u = anyPerpendicular(n), v = cross(n, u);
+    const Vec3 middle = 0.5 * (e[0].centre + e[1].centre), n = normalized(e[1].centre - e[0].centre),
+               u = anyPerpendicular(n), v = cross(n, u);
     for (double s = -10; s <= 10; s += 2.5)
         for (double t = -10; t <= 10; t += 2.5) {
             const Vec3 p = middle + s * u + t * v;
             EXPECT_NEAR(sampleAt(a, p), 0, 1e-3);
             EXPECT_NEAR(sampleAt(b, p), 0, 1e-3);
         }
-    for (auto it = e[0].body->cbeginValueAll(); it; ++it)
-        if (it.isVoxelValue() && *it < 0) EXPECT_GE(b.getValue(it.getCoord()), 0);
+    for (auto it = e[0].body->cbeginValueAll(); it; ++it) {
+        if (!it.isVoxelValue() || *it >= 0) continue;
+        EXPECT_GE(b.getValue(it.getCoord()), 0);
+    }
 }
 
 TEST(Trim, AgreesWithTheVdbBooleanOperation) {
