@@ -26,10 +26,10 @@ GrowthBlock* Front::make(const Coord& origin) {
     b0.origin = origin;
     b0.number = int(blocks.size()) - 1;
     b0.claims = claims_.block(origin);
-    const WorkLeaf* leaf = element.body->probeConstLeaf(origin);
-    const float tile = leaf ? 0 : element.body->getValue(origin);
+    b0.body = element.body->probeConstLeaf(origin);
+    b0.bodyTile = b0.body ? 0 : element.body->getValue(origin);
     for (int v = 0; v < 512; ++v) {
-        const float phi = leaf ? leaf->getValue(openvdb::Index(v)) : tile;
+        const float phi = b0.bodyAt(v);
         b0.contact[v] = -1;
         b0.state[v] = phi < 0 ? kBody : kFar;
         b0.time[v] = phi < 0 ? phi : kNever;
@@ -311,8 +311,7 @@ bool Front::widen(double now) {
             int n;
             const GrowthBlock* other = step(block, v, side, n);
             if (!other || other->state[n] != kBody) continue;
-            const Coord c = block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-            t = std::min(t, now + std::max(0.f, element.body->getValue(c)) / speed);
+            t = std::min(t, now + std::max(0.f, block->bodyAt(v)) / speed);
         }
         if (t < kNever)
             push(block, v, t);

@@ -108,33 +108,27 @@ void Growth::registerBlocks() {
 /// belong to one field.
 void Growth::displaceBodies(int i) {
     Front& f = *fronts_[size_t(i)];
-    const WorkReader body(*f.element.body);
     for (GrowthBlock& block : f.blocks) {
         for (int v = 0; v < 512; ++v) {
             if (block.state[v] != kBody) continue;
-            const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-            const float phi = body.getValue(c);
             double shift = 0;
             int count = 0;
             for (int side = 0; side < 6; ++side) {
                 int n;
-                GrowthBlock* other = Front::step(&block, v, side, n);
+                const GrowthBlock* other = Front::step(&block, v, side, n);
                 if (!other || !f.hasTime(*other, n)) continue;
-                Coord d = c;
-                d[side / 2] += side % 2 ? 1 : -1;
-                shift += std::max(0.f, body.getValue(d) - f.displaced(*other, n));
+                shift += std::max(0.f, other->bodyAt(n) - f.displaced(*other, n));
                 ++count;
             }
-            block.time[v] = count ? phi - float(shift / count) : phi;
+            block.time[v] = block.bodyAt(v) - (count ? float(shift / count) : 0);
         }
     }
 }
 
 float Growth::ownValue(int i, const GrowthBlock& block, int v) const {
-    const Front& f = *fronts_[size_t(i)];
     if (block.state[v] == kBody) return block.time[v];
-    const float body =
-        std::max(0.f, f.element.body->getValue(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))));
+    const Front& f = *fronts_[size_t(i)];
+    const float body = std::max(0.f, block.bodyAt(v));
     // The grown surface is nowhere farther than the body's.
     return f.hasTime(block, v) ? std::min(body, f.displaced(block, v)) : body;
 }
