@@ -288,6 +288,7 @@ double Front::frontSpeed() const {
 bool Front::widen(double now) {
     constexpr double kStepFactor = 1.15, kLimit = 3;
     if (b * kStepFactor > kLimit) return false;
+    const double before = b;
     b *= kStepFactor;
     std::vector<uint32_t> waiting;
     waiting.swap(dormant_);
@@ -300,8 +301,15 @@ bool Front::widen(double now) {
         const int v = int(w % 512);
         if (block->state[v] != kFar && block->state[v] != kTrial) continue;
         const double speed = speedOf(block, v);
+        const double oldSpeed = weight * recoveryFunction(block->contact[v] / element.size, a, before);
+        const double waited = block->state[v] == kTrial ? block->time[v] : kNever;
         block->state[v] = kFar;
         block->time[v] = kNever;
+        if (waited < kNever &&
+            oldSpeed > 0) {  // what is left of its way, at the new speed: the front stays where it is
+            push(block, v, now + std::max(0.0, waited - now) * oldSpeed / speed);
+            continue;
+        }
         if (speed <= 0) {
             dormant_.push_back(w);
             continue;

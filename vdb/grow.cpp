@@ -16,6 +16,22 @@ constexpr double kRoundVoxels = 1.5;
 /// A front is stuck when its fastest point has fallen under this share of its largest speed (algorithm, section 3).
 constexpr double kStuckShare = 0.01;
 
+/// Stop times known to be too early and too late: Newton's steps are kept between them.
+struct Bracket {
+    double early = 0, late = kInfinity;
+    void narrow(double time, bool tooEarly) {
+        if (tooEarly)
+            early = time;
+        else
+            late = time;
+        if (early >= late) (tooEarly ? late : early) = tooEarly ? kInfinity : 0;  // neighbours have moved since
+    }
+    double within(double time) const {
+        if (time > early && time < late) return time;
+        return late < kInfinity ? 0.5 * (early + late) : std::max(time, early);
+    }
+};
+
 }  // namespace
 
 Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
@@ -221,28 +237,30 @@ void Growth::measureFixedPart(int i) {
     fixedVolume_[size_t(i)] = e.bodyVolume - moving;
 }
 
-double Growth::regionVolume(int i, double* slope) {
+Growth::Evaluation Growth::evaluate(int i) const {
     const WorkTree::Ptr tree = rawRegion(i);
     const WorkReader reader(*tree);
-    double volume = fixedVolume_[size_t(i)];
+    Evaluation result;
+    result.volume = fixedVolume_[size_t(i)];
     for (const Coord& c : touched_[size_t(i)]) {
         if (const WorkLeaf* leaf = tree->probeConstLeaf(c))
-            volume += leafVolume(reader, *leaf);
+            result.volume += leafVolume(reader, *leaf);
         else if (tree->getValue(c) < 0)
-            volume += 512;
+            result.volume += 512;
     }
     // dV/dT = integral of the speed over the free front
     const Front& f = *fronts_[size_t(i)];
-    *slope = 0;
     for (const GrowthBlock& block : f.blocks) {
         const WorkLeaf* leaf = tree->probeConstLeaf(block.origin);
         for (int v = 0; leaf && v < 512; ++v) {
             if (!f.hasTime(block, v)) continue;
             const float own = f.displaced(block, v);
-            if (std::abs(own) < 0.5f && leaf->getValue(openvdb::Index(v)) <= own + 1e-4f) *slope += f.speedAt(block, v);
+            if (std::abs(own) >= 0.5f || leaf->getValue(openvdb::Index(v)) > own + 1e-4f) continue;
+            result.slope += f.speedAt(block, v);
+            result.area += 1;
         }
     }
-    return volume;
+    return result;
 }
 
 void Growth::solveStopTimes(const std::vector<double>& targets, const RunContext& context) {
@@ -250,47 +268,80 @@ void Growth::solveStopTimes(const std::vector<double>& targets, const RunContext
     constexpr int kRounds = 3, kMostRounds = 14;
     constexpr double kClose = 1e-4;
     const size_t n = fronts_.size();
-    std::vector<int> open;
-    for (size_t i = 0; i < n; ++i)
-        if (fronts_[i] && !fronts_[i]->exhausted) open.push_back(int(i));
-    std::vector<float> stopTimes(n + 1, std::numeric_limits<float>::infinity());
-    for (size_t i = 0; i < n; ++i)
-        if (fronts_[i]) stopTimes[i + 1] = fronts_[i]->stopTime;
-    const auto each = [](const std::vector<int>& list, const auto& f) {
-        tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k], k); });
+    struct Search {
+        Bracket bracket;
+        double missing = 0, step = 0, reach = 0;
+        float bestTime = 0;
+        double bestFault = kInfinity;
     };
-    std::vector<int> all;
-    for (size_t i = 0; i < n; ++i)
-        if (fronts_[i]) all.push_back(int(i));
-    each(all, [&](int i, size_t) { displaceBodies(i); });
+    std::vector<Search> searches(n);
+    std::vector<float> stopTimes(n + 1, std::numeric_limits<float>::infinity());
+    std::vector<int> open;
+    for (size_t i = 0; i < n; ++i) {
+        if (!fronts_[i]) continue;
+        open.push_back(int(i));
+        stopTimes[i + 1] = fronts_[i]->stopTime;
+    }
+    const auto each = [](const std::vector<int>& list, const auto& f) {
+        tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k]); });
+    };
+    const auto setStop = [&](int i, float time) { fronts_[size_t(i)]->stopTime = stopTimes[size_t(i) + 1] = time; };
+    const auto isClose = [&](int i) { return std::abs(searches[size_t(i)].missing) <= kClose * targets[size_t(i)]; };
+    each(open, [&](int i) { displaceBodies(i); });
+    const std::vector<int> all = open;
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
         context.progress("growth", 0.6 + 0.3 * std::min(1.0, double(round) / kRounds));
-        std::vector<float> next(open.size());
-        std::vector<char> far(open.size(), 0);
-        each(open, [&](int i, size_t k) {
+        each(open, [&](int i) {
             const Front& f = *fronts_[size_t(i)];
-            double slope;
-            const double missing = targets[size_t(i)] - regionVolume(i, &slope);
-            const double limit = 1.0 / f.weight;  // a voxel at full speed
-            const double step = slope > 0 ? std::clamp(missing / slope, -limit, limit) : missing > 0 ? limit : 0;
-            next[k] = float(std::max(0.0, f.stopTime + step));
-            far[k] = std::abs(missing) > kClose * targets[size_t(i)];
+            Search& s = searches[size_t(i)];
+            const Evaluation e = evaluate(i);
+            s.missing = targets[size_t(i)] - e.volume;
+            // Too little can be named in the report, too much would be invented.
+            const double fault = s.missing > 0 ? s.missing : -1000 * s.missing;
+            if (fault < s.bestFault) s.bestFault = fault, s.bestTime = f.stopTime;
+            s.bracket.narrow(f.stopTime, s.missing > 0);
+            s.reach = e.slope > 0 ? e.area / e.slope : 1 / f.weight;  // time in which the contour moves by a voxel
+            s.step =
+                std::clamp(e.slope > 0 ? s.missing / e.slope : std::copysign(s.reach, s.missing), -s.reach, s.reach);
+            if (f.exhausted && s.missing > 0) s.step = 0;
         });
-        std::vector<int> stillFar;
-        for (size_t k = 0; k < open.size(); ++k) {
-            fronts_[size_t(open[k])]->stopTime = stopTimes[size_t(open[k]) + 1] = next[k];
-            if (far[k] || round + 1 < kRounds) stillFar.push_back(open[k]);
+        std::vector<int> next;
+        std::vector<char> moved(n, 0), goesOn(n, 0);
+        for (int i : open) {
+            const Search& s = searches[size_t(i)];
+            if (round >= kRounds && (isClose(i) || s.step == 0)) continue;
+            const double before = fronts_[size_t(i)]->stopTime, after = s.bracket.within(before + s.step);
+            setStop(i, float(after));
+            next.push_back(i);
+            goesOn[size_t(i)] = 1;
+            moved[size_t(i)] = std::abs(after - before) > 0.02 * s.reach;
         }
+        // Who had settled beside one that still moves is looked at again.
+        for (int i : all) {
+            const auto& around = elements_[size_t(i)].neighbours;
+            if (goesOn[size_t(i)] ||
+                std::none_of(around.begin(), around.end(), [&](int k) { return moved[size_t(k)]; }))
+                continue;
+            searches[size_t(i)].bracket = {};
+            searches[size_t(i)].bestFault = kInfinity;
+            next.push_back(i);
+        }
+        std::sort(next.begin(), next.end());
         // Times must be known for three voxels past the stop; a front that has run dry gets a wider b.
-        each(stillFar, [&](int i, size_t) {
+        each(next, [&](int i) {
             Front& f = *fronts_[size_t(i)];
-            if (round + 1 >= kRounds && round % 2 == 0 && f.frontSpeed() < kStuckShare * f.weight) f.widen(f.stopTime);
-            f.march(f.stopTime + 3 / f.weight, stopTimes, false);
+            const Search& s = searches[size_t(i)];
+            const bool dry = s.missing > 0 && f.frontSpeed() < kStuckShare * f.weight;
+            if (round >= kRounds && round % 2 == 0 && dry) f.widen(f.stopTime);
+            f.march(f.stopTime + 3 * s.reach, stopTimes, false);
         });
         registerBlocks();
-        each(open, [&](int i, size_t) { displaceBodies(i); });
-        open = std::move(stillFar);
+        each(next, [&](int i) { displaceBodies(i); });
+        open = std::move(next);
     }
+    // Those that did not settle keep the best that was seen; the report says what is missing.
+    for (int i : open) setStop(i, searches[size_t(i)].bestTime);
+    each(open, [&](int i) { displaceBodies(i); });
 }
 
 size_t Growth::grownVoxels() const {

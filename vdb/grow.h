@@ -36,7 +36,12 @@ class Growth {
     void registerBlocks();
     void displaceBodies(int i);
     void fillRegion(int i, const GrowthBlock& block, float* values) const;
-    double regionVolume(int i, double* slope);
+    struct Evaluation {
+        double volume = 0;  ///< of the region, sub-voxel
+        double slope = 0;   ///< dV/dT: the integral of the speed over the free front
+        double area = 0;    ///< of the free front
+    };
+    Evaluation evaluate(int i) const;
     void measureFixedPart(int i);
 
     const std::vector<WorkElement>& elements_;

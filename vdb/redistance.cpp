@@ -1,9 +1,9 @@
 #include "pavel/vdb/redistance.h"
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 
 namespace pavel {
 namespace {
@@ -29,18 +29,21 @@ class Window {
                     const Coord c = origin.offsetBy(bx - kHalo, by - kHalo, bz - kHalo);
                     const auto* leaf = reader.probeConstLeaf(c);
                     const float tile = leaf ? 0 : reader.getValue(c);
+                    int negative = leaf || !(tile < 0) ? 0 : 512;
                     for (int x = 0; x < 8; ++x)
                         for (int y = 0; y < 8; ++y) {
                             float* row = &phi_[size_t(index(bx + x, by + y, bz))];
-                            if (leaf) {
-                                const float* values = leaf->buffer().data() + x * 64 + y * 8;
-                                std::copy(values, values + 8, row);
-                                for (int z = 0; z < 8; ++z) (values[z] < 0 ? in : out) = true;
-                            } else {
+                            if (!leaf) {
                                 std::fill(row, row + 8, tile);
-                                (tile < 0 ? in : out) = true;
+                                continue;
                             }
+                            const float* values = leaf->buffer().data() + x * 64 + y * 8;
+                            std::copy(values, values + 8, row);
+                            for (int z = 0; z < 8; ++z) negative += values[z] < 0;
                         }
+                    sign_[size_t(block(bx, by, bz))] = negative == 0 ? 1 : negative == 512 ? -1 : 0;
+                    in |= negative > 0;
+                    out |= negative < 512;
                 }
         return in && out;
     }
@@ -48,22 +51,14 @@ class Window {
     void solve() {
         std::fill(nearest_.begin(), nearest_.end(), -1);
         std::fill(distance2_.begin(), distance2_.end(), 1e9f);
+        std::fill(touched_.begin(), touched_.end(), false);
         feet_.clear();
         layer_.clear();
-        for (int x = kMargin; x < kSide - kMargin; ++x)
-            for (int y = kMargin; y < kSide - kMargin; ++y)
-                for (int z = kMargin; z < kSide - kMargin; ++z) {
-                    const int i = index(x, y, z);
-                    if (!crosses(i)) continue;
-                    Foot foot;
-                    findFoot(x, y, z, foot);
-                    nearest_[size_t(i)] = int(feet_.size());
-                    const Vec3f d = Vec3f(float(x), float(y), float(z)) - foot.point;
-                    distance2_[size_t(i)] = d.sqrnorm();
-                    feet_.push_back(foot);
-                    layer_.push_back(i);
-                }
-        for (int step = 0; step < 4 && !layer_.empty(); ++step) spread();
+        for (int bx = 0; bx < kSide; bx += 8)
+            for (int by = 0; by < kSide; by += 8)
+                for (int bz = 0; bz < kSide; bz += 8)
+                    if (mayCross(bx, by, bz)) findFeet(bx, by, bz);
+        for (int step = 0; step < 3 && !layer_.empty(); ++step) spread();  // kResultBand voxels outward
     }
 
     float value(int x, int y, int z) const {
@@ -81,10 +76,50 @@ class Window {
         return inside ? -std::max(d, 1e-6f) : std::max(d, 1e-6f);
     }
 
+    /// Does any voxel of the block at (x, y, z) lie in the band?
+    bool touched(int x, int y, int z) const { return touched_[size_t(block(x, y, z))]; }
+
     static int index(int x, int y, int z) { return (x * kSide + y) * kSide + z; }
 
   private:
     static float dotf(const Vec3f& a, const Vec3f& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+    static int block(int x, int y, int z) { return ((x >> 3) * (kSide / 8) + (y >> 3)) * (kSide / 8) + (z >> 3); }
+
+    void touch(int i) { touched_[size_t(block(i / (kSide * kSide), i / kSide % kSide, i % kSide))] = true; }
+
+    /// A block of one sign whose face neighbours have the same holds no voxel beside the surface.
+    bool mayCross(int bx, int by, int bz) const {
+        const int own = sign_[size_t(block(bx, by, bz))];
+        if (own == 0) return true;
+        const int at[3] = {bx, by, bz};
+        for (int k = 0; k < 3; ++k)
+            for (int side = -8; side <= 8; side += 16) {
+                int n[3] = {bx, by, bz};
+                n[k] = at[k] + side;
+                if (n[k] >= 0 && n[k] < kSide && sign_[size_t(block(n[0], n[1], n[2]))] != own) return true;
+            }
+        return false;
+    }
+
+    void findFeet(int bx, int by, int bz) {
+        const auto lo = [](int b) { return std::max(b, kMargin); };
+        const auto hi = [](int b) { return std::min(b + 8, kSide - kMargin); };
+        for (int x = lo(bx); x < hi(bx); ++x)
+            for (int y = lo(by); y < hi(by); ++y)
+                for (int z = lo(bz); z < hi(bz); ++z) {
+                    const int i = index(x, y, z);
+                    if (!crosses(i)) continue;
+                    Foot foot;
+                    findFoot(x, y, z, foot);
+                    nearest_[size_t(i)] = int(feet_.size());
+                    const Vec3f d = Vec3f(float(x), float(y), float(z)) - foot.point;
+                    distance2_[size_t(i)] = d.sqrnorm();
+                    feet_.push_back(foot);
+                    layer_.push_back(i);
+                    touch(i);
+                }
+    }
 
     bool crosses(int i) const {
         const bool s = phi_[size_t(i)] < 0;
@@ -173,6 +208,7 @@ class Window {
                         const size_t n = size_t(index(nx, ny, nz));
                         if (d2 >= distance2_[n] || d2 > 12.25f) continue;
                         distance2_[n] = d2;
+                        if (nearest_[n] < 0) touch(int(n));
                         nearest_[n] = foot;
                         if (queued_[n]) continue;
                         queued_[n] = 1;
@@ -189,6 +225,8 @@ class Window {
     std::vector<Foot> feet_;
     std::vector<int> layer_, next_;
     std::vector<char> queued_;
+    std::array<signed char, kSide * kSide * kSide / 512> sign_{};  // -1 inside, 1 outside, 0 mixed
+    std::array<bool, kSide * kSide * kSide / 512> touched_{};
 };
 
 }  // namespace
@@ -209,14 +247,14 @@ typename Tree::Ptr redistanced(const Tree& raw) {
     bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
 
     std::vector<std::vector<Leaf*>> made(bricks.size());
-    tbb::enumerable_thread_specific<Window> windows;
     tbb::parallel_for(size_t(0), bricks.size(), [&](size_t b) {
-        Window& window = windows.local();
+        static thread_local Window window;  // scratch: 1.4 MB that would else be mapped anew for every element
         if (!window.load(raw, bricks[b])) return;
         window.solve();
         for (int bx = 0; bx < kBrick; bx += 8)
             for (int by = 0; by < kBrick; by += 8)
                 for (int bz = 0; bz < kBrick; bz += 8) {
+                    if (!window.touched(kHalo + bx, kHalo + by, kHalo + bz)) continue;
                     auto leaf = std::make_unique<Leaf>(bricks[b].offsetBy(bx, by, bz), kResultBand, false);
                     bool near = false;
                     for (openvdb::Index v = 0; v < Leaf::SIZE; ++v) {
