@@ -14,10 +14,23 @@ namespace {
 
 using openvdb::FloatGrid;
 
+/// Half width 3, whatever the band was in work.
+void cutToBand(openvdb::FloatTree& tree) {
+    if (tree.background() <= kResultBand) return;
+    for (auto leaf = tree.beginLeaf(); leaf; ++leaf)
+        for (openvdb::Index v = 0; v < openvdb::FloatTree::LeafNodeType::SIZE; ++v) {
+            const float d = leaf->getValue(v);
+            if (std::abs(d) < kResultBand) continue;
+            leaf->setValueOff(v, d < 0 ? -kResultBand : kResultBand);
+        }
+    tree.root().setBackground(kResultBand, false);
+}
+
 /// Scales voxels to scene units and sets what other programs look for.
 FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Packing& packing,
                         const VdbOptions& options) {
     const float h = float(packing.voxelSize);
+    cutToBand(grid->tree());
     grid->setTransform(openvdb::math::Transform::createLinearTransform(packing.voxelSize));
     openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid->tree());
     leaves.foreach ([h](openvdb::FloatTree::LeafNodeType& leaf, size_t) {
