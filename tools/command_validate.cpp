@@ -31,7 +31,7 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     const double surface = n * area / weights / (h * h), baseSurface = meshArea(base) / (h * h);
     // Bytes for each voxel of surface, as measured on the built-in scenes: bands of placed and trimmed bodies, growth,
     // meshes.
-    const double bytes = 90e6 + 170 * surface + 160 * baseSurface;
+    const double bytes = 350e6 + 476 * surface + 448 * baseSurface;
     std::printf(
         "%s: valid\n  elements           about %.0f\n  voxel size         %.6g %s\n  decoration voxels  about %.1f "
         "million\n  base voxels        about %.1f million\n  memory             about %.2f GB\n",
