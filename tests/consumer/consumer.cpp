@@ -7,5 +7,6 @@
 
 int main() {
     const pavel::Scene scene = pavel::parseScene(pavel::examples()[0].scene, "vase", ".");
-    std::printf("%s: %zu kinds, %.0f mm^3\n", pavel::version(), scene.elements.size(), pavel::meshVolume(pavel::makeShape("pearl")));
+    std::printf("%s: %zu kinds, %.0f mm^3\n", pavel::version(), scene.elements.size(),
+                pavel::meshVolume(pavel::makeShape("pearl")));
 }
