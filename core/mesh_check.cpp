@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "pavel/core/error.h"
+#include "pavel/core/union_find.h"
 
 namespace pavel {
 namespace {
@@ -39,19 +40,6 @@ void forEachEdgeGroup(const std::vector<Edge>& edges, F f) {
         i = j;
     }
 }
-
-class UnionFind {
-  public:
-    explicit UnionFind(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-    int find(int i) {
-        while (parent_[size_t(i)] != i) i = parent_[size_t(i)] = parent_[size_t(parent_[size_t(i)])];
-        return i;
-    }
-    void join(int a, int b) { parent_[size_t(find(a))] = find(b); }
-
-  private:
-    std::vector<int> parent_;
-};
 
 std::vector<int> triangleComponents(const TriangleMesh& mesh, size_t* count) {
     UnionFind sets(mesh.points.size());

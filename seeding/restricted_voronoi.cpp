@@ -7,6 +7,8 @@
 #include <nanoflann.hpp>
 #include <numeric>
 
+#include "pavel/core/union_find.h"
+
 namespace pavel {
 namespace {
 
@@ -101,19 +103,6 @@ void partition(const Polygon& start, int triangle, const std::vector<int>& candi
     }
 }
 
-class Components {
-  public:
-    explicit Components(size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-    int find(int i) {
-        while (parent_[size_t(i)] != i) i = parent_[size_t(i)] = parent_[size_t(parent_[size_t(i)])];
-        return i;
-    }
-    void join(int a, int b) { parent_[size_t(find(a))] = find(b); }
-
-  private:
-    std::vector<int> parent_;
-};
-
 /// first[t]..first[t+1]: the pieces of triangle t (pieces sorted by triangle).
 std::vector<int> pieceOffsets(const std::vector<Piece>& pieces, size_t triangles) {
     std::vector<int> first(triangles + 1, 0);
@@ -125,7 +114,7 @@ std::vector<int> pieceOffsets(const std::vector<Piece>& pieces, size_t triangles
 /// Marks the pieces that no walk inside their own cell joins to the seed.
 std::vector<char> findOrphans(const Surface& surface, const std::vector<SurfacePoint>& seeds,
                               const std::vector<Piece>& pieces, const std::vector<int>& first) {
-    Components sets(pieces.size());
+    UnionFind sets(pieces.size());
     const auto& neighbours = surface.neighbours();
     for (size_t i = 0; i < pieces.size(); ++i) {
         const Piece& p = pieces[i];
