@@ -41,7 +41,9 @@ int main(int argc, char** argv) {
             const Packing p = pack(base, kinds, placeElements(seeds.seeds, kinds), options, context);
             double wall = 0, cpu = 0, worst = 0;
             for (const StageTime& s : context.stages)
-                if (s.name != "seeding") wall += s.seconds, cpu += s.cpuSeconds;
+                if (s.name != "seeding" && s.name != "extract") wall += s.seconds, cpu += s.cpuSeconds;
+            for (const StageTime& s : context.stages)
+                std::fprintf(stderr, "  %s: %.2f s, CPU %.2f s\n", s.name.c_str(), s.seconds, s.cpuSeconds);
             for (const ElementResult& e : p.elements)
                 worst =
                     std::max(worst, std::abs(e.finalVolume + e.unrecoveredVolume - e.targetVolume) / e.targetVolume);

@@ -3,7 +3,7 @@
 namespace pavel {
 
 ClaimMap::ClaimMap(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base)
-    : elements_(elements), base_(base), index_(elements) {}
+    : elements_(elements), base_(base), index_(boxesOf(elements)) {}
 
 ClaimMap::~ClaimMap() {
     for (auto& entry : blocks_) delete entry.second;

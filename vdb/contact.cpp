@@ -1,22 +1,13 @@
 #include "pavel/vdb/contact.h"
 
 #include <algorithm>
-#include <nanoflann.hpp>
+#include <array>
 
 namespace pavel {
 namespace {
 
-struct Cloud {
-    std::vector<Vec3f> points;
-    size_t kdtree_get_point_count() const { return points.size(); }
-    float kdtree_get_pt(size_t i, size_t k) const { return points[i][k]; }
-    template <class B>
-    bool kdtree_get_bbox(B&) const {
-        return false;
-    }
-};
-using KdTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>, Cloud, 3, uint32_t>;
-
+/// Half the length of a piece of rim; middles are about twice this apart, or less.
+constexpr float kHalfPiece = 0.75f, kSpacing = 1.2f;
 constexpr double kExponent = 4;
 
 template <class Field>
@@ -57,58 +48,117 @@ std::vector<Vec3f> thinned(std::vector<Vec3f> points) {
     return points;
 }
 
+/// Main direction of the points within two voxels, by power iteration on their covariance; zero for a lone point.
+Vec3f directionAt(const std::vector<Vec3f>& points, const Vec3f& middle) {
+    double c[6] = {};  // xx xy xz yy yz zz
+    for (const Vec3f& p : points) {
+        const Vec3f d = p - middle;
+        if (d.sqrnorm() > 4) continue;
+        c[0] += double(d[0]) * d[0], c[1] += double(d[0]) * d[1], c[2] += double(d[0]) * d[2];
+        c[3] += double(d[1]) * d[1], c[4] += double(d[1]) * d[2], c[5] += double(d[2]) * d[2];
+    }
+    Vec3 t = c[0] >= c[3] && c[0] >= c[5] ? Vec3(c[0], c[1], c[2])
+             : c[3] >= c[5]               ? Vec3(c[1], c[3], c[4])
+                                          : Vec3(c[2], c[4], c[5]);
+    for (int it = 0; it < 8; ++it) {
+        const double l = length(t);
+        if (l < 1e-9) return {0, 0, 0};
+        t /= l;
+        t = Vec3(c[0] * t[0] + c[1] * t[1] + c[2] * t[2], c[1] * t[0] + c[3] * t[1] + c[4] * t[2],
+                 c[2] * t[0] + c[4] * t[1] + c[5] * t[2]);
+    }
+    t = normalized(t);
+    return {float(t[0]), float(t[1]), float(t[2])};
+}
+
 }  // namespace
 
-struct ContactDistance::Rim {
-    Cloud cloud;
-    KdTree tree;
-    Vec3 centre{0, 0, 0};
-    double radius = 0;
-    explicit Rim(std::vector<Vec3f> points)
-        : cloud{std::move(points)}, tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(12)) {
-        for (const Vec3f& p : cloud.points) centre += Vec3(p[0], p[1], p[2]);
-        centre /= double(cloud.points.size());
-        for (const Vec3f& p : cloud.points) radius = std::max(radius, length(Vec3(p[0], p[1], p[2]) - centre));
+void ContactDistance::addRim(const std::vector<Vec3f>& points) {
+    std::vector<Vec3f> middles;
+    for (const Vec3f& p : points)
+        if (std::none_of(middles.begin(), middles.end(),
+                         [&](const Vec3f& m) { return (m - p).sqrnorm() < kSpacing * kSpacing; }))
+            middles.push_back(p);
+    Rim rim;
+    rim.count = middles.size();
+    rim.lanes.resize((middles.size() + kLanes - 1) / kLanes);
+    for (size_t i = 0; i < rim.lanes.size() * kLanes; ++i) {
+        Lanes& l = rim.lanes[i / kLanes];
+        const size_t k = i % kLanes;
+        const Vec3f m = i < middles.size() ? middles[i] : Vec3f(1e9f, 1e9f, 1e9f);
+        const Vec3f t = i < middles.size() ? directionAt(points, m) : Vec3f(0, 0, 0);
+        l.x[k] = m[0], l.y[k] = m[1], l.z[k] = m[2];
+        l.tx[k] = t[0], l.ty[k] = t[1], l.tz[k] = t[2];
     }
-};
-
-ContactDistance::ContactDistance() = default;
-ContactDistance::~ContactDistance() = default;
-void ContactDistance::addRim(std::vector<Vec3f> points) {
-    rims_.push_back(std::make_unique<Rim>(std::move(points)));
+    rims_.push_back(std::move(rim));
 }
-const std::vector<Vec3f>& ContactDistance::rimPoints(size_t rim) const {
-    return rims_[rim]->cloud.points;
+
+std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
+    std::vector<Vec3f> points;
+    for (size_t i = 0; i < rims_[rim].count; ++i)
+        points.push_back(rims_[rim].lanes[i / kLanes].piece(int(i % kLanes)).middle);
+    return points;
+}
+
+Vec3f ContactDistance::Piece::nearest(const Vec3f& p) const {
+    const Vec3f v = p - middle;
+    return middle + along * std::clamp(v[0] * along[0] + v[1] * along[1] + v[2] * along[2], -kHalfPiece, kHalfPiece);
+}
+
+std::vector<ContactDistance::Piece> ContactDistance::piecesNear(const Vec3& centre, double radius,
+                                                                double distance) const {
+    const float q[3] = {float(centre[0]), float(centre[1]), float(centre[2])}, reach = float(radius + distance);
+    std::vector<Piece> pieces;
+    float d2[kLanes];
+    for (const Rim& rim : rims_)
+        for (const Lanes& l : rim.lanes) {
+            distances2(l, q, d2);
+            for (int k = 0; k < kLanes; ++k)
+                if (d2[k] < reach * reach) pieces.push_back(l.piece(k));
+        }
+    return pieces;
+}
+
+void ContactDistance::distances2(const Lanes& l, const float p[3], float d2[kLanes]) {
+    for (int k = 0; k < kLanes; ++k) {
+        const float vx = p[0] - l.x[k], vy = p[1] - l.y[k], vz = p[2] - l.z[k];
+        float s = vx * l.tx[k] + vy * l.ty[k] + vz * l.tz[k];
+        s = s > kHalfPiece ? kHalfPiece : s;
+        s = s < -kHalfPiece ? -kHalfPiece : s;
+        const float wx = vx - s * l.tx[k], wy = vy - s * l.ty[k], wz = vz - s * l.tz[k];
+        d2[k] = wx * wx + wy * wy + wz * wz;
+    }
 }
 
 Vec3 ContactDistance::nearest(const Vec3& p) const {
-    const float q[3] = {float(p[0]), float(p[1]), float(p[2])};
-    float best = 1e30f;
-    Vec3 point = p;
-    for (const auto& rim : rims_) {
-        uint32_t index;
-        float d2;
-        rim->tree.knnSearch(q, 1, &index, &d2);
-        if (d2 >= best) continue;
-        best = d2;
-        const Vec3f& r = rim->cloud.points[index];
-        point = Vec3(r[0], r[1], r[2]);
-    }
-    return point;
+    const Vec3f q{float(p[0]), float(p[1]), float(p[2])};
+    float best = 1e30f, d2[kLanes];
+    Vec3f point = q;
+    for (const Rim& rim : rims_)
+        for (const Lanes& l : rim.lanes) {
+            distances2(l, q.data(), d2);
+            for (int k = 0; k < kLanes; ++k)
+                if (d2[k] < best) best = d2[k], point = l.piece(k).nearest(q);
+        }
+    return {point[0], point[1], point[2]};
 }
 
 double ContactDistance::operator()(const Vec3& p) const {
     const float q[3] = {float(p[0]), float(p[1]), float(p[2])};
     double sum = 0;
-    for (const auto& rim : rims_) {
-        uint32_t index;
-        float d2;
-        rim->tree.knnSearch(q, 1, &index, &d2);
-        if (d2 < 1e-8f) return 0;
-        sum += 1 / (double(d2) * double(d2));  // d^-4
+    for (const Rim& rim : rims_) {
+        float best[kLanes], d2[kLanes];
+        std::fill(best, best + kLanes, 1e30f);
+        for (const Lanes& l : rim.lanes) {
+            distances2(l, q, d2);
+            for (int k = 0; k < kLanes; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
+        }
+        const double least = *std::min_element(best, best + kLanes);
+        if (least < 1e-8) return 0;
+        sum += 1 / (least * least);  // d^-4
     }
     static_assert(kExponent == 4, "the sum above spells the exponent out");
-    return sum > 0 ? std::pow(sum, -1 / kExponent) : 1e9;
+    return sum > 0 ? 1 / std::sqrt(std::sqrt(sum)) : 1e9;
 }
 
 void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const openvdb::FloatTree* base) {
@@ -151,11 +201,11 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         std::vector<Vec3f> points = rimWith(c, shared, c.index);
         if (points.empty()) continue;
         e.contacts.push_back(c.index);
-        e.contact->addRim(std::move(points));
+        e.contact->addRim(points);
     }
     if (e.contact->empty() && base && e.lost() > 0) {
         std::vector<Vec3f> points = rimWith(inBase, e.box, -1);
-        if (!points.empty()) e.contact->addRim(std::move(points));
+        if (!points.empty()) e.contact->addRim(points);
     }
 }
 

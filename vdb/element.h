@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "pavel/core/placement.h"
-#include "pavel/vdb/grid.h"
+#include "pavel/vdb/pieces.h"
 
 namespace pavel {
 
-struct ContactDistance;  // contact.h
+class ContactDistance;  // contact.h
 
 struct WorkElement {
     int id = 0;  ///< 1..n; elements lie in a vector at id - 1
@@ -21,7 +21,7 @@ struct WorkElement {
     WorkTree::Ptr body;           ///< trimmed: what is left after neighbours and base took their share
     std::vector<int> neighbours;  ///< indices of elements whose boxes meet, ascending
     std::vector<int> contacts;    ///< indices of those that it shares a contact surface with
-    std::vector<Coord> islands;   ///< voxels of pieces that the trim cut off and dropped
+    std::vector<MaskedBlock> strays;  ///< pieces that the trim cut off, erased from `placed`
     double placedVolume = 0, bodyVolume = 0;
     uint64_t placedVoxels = 0, bodyVoxels = 0;
     std::shared_ptr<ContactDistance> contact;
@@ -29,6 +29,13 @@ struct WorkElement {
     /// Volume to win back by growing.
     double lost() const { return placedVolume - bodyVolume; }
 };
+
+/// The boxes of all, in order.
+inline std::vector<CoordBBox> boxesOf(const std::vector<WorkElement>& elements) {
+    std::vector<CoordBBox> boxes;
+    for (const WorkElement& e : elements) boxes.push_back(e.box);
+    return boxes;
+}
 
 /// Distance to the bisector of two elements' centres, positive on the other's side: who keeps a contested point (paper:
 /// the nearest centre). Exactly antisymmetric; coincident centres go to the lower id.

@@ -20,10 +20,10 @@ struct ElementIndex::Tree {
     bgi::rtree<std::pair<Box, int>, bgi::linear<16>> boxes;
 };
 
-ElementIndex::ElementIndex(const std::vector<WorkElement>& elements) : tree_(std::make_unique<Tree>()) {
+ElementIndex::ElementIndex(const std::vector<CoordBBox>& elements) : tree_(std::make_unique<Tree>()) {
     std::vector<std::pair<Box, int>> boxes;
     for (size_t i = 0; i < elements.size(); ++i)
-        if (!elements[i].box.empty()) boxes.emplace_back(boxOf(elements[i].box), int(i));
+        if (!elements[i].empty()) boxes.emplace_back(boxOf(elements[i]), int(i));
     tree_->boxes = decltype(tree_->boxes)(boxes);
 }
 ElementIndex::~ElementIndex() = default;

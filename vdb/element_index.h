@@ -5,10 +5,10 @@
 
 namespace pavel {
 
-/// Which elements' boxes meet a box: an R-tree.
+/// Which elements' boxes meet a box: an R-tree. Empty boxes meet nothing.
 class ElementIndex {
   public:
-    explicit ElementIndex(const std::vector<WorkElement>& elements);
+    explicit ElementIndex(const std::vector<CoordBBox>& boxes);
     ~ElementIndex();
     /// Indices, ascending. O(log n + found).
     std::vector<int> meeting(const CoordBBox& box) const;

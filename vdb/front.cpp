@@ -31,6 +31,7 @@ GrowthBlock* Front::make(const Coord& origin) {
     for (int v = 0; v < 512; ++v) {
         const float phi = b0.bodyAt(v);
         b0.contact[v] = -1;
+        b0.scale[v] = 0;
         b0.state[v] = phi < 0 ? kBody : kFar;
         b0.time[v] = phi < 0 ? phi : kNever;
     }
@@ -68,30 +69,28 @@ double Front::speedAt(const GrowthBlock& block, int v) const {
     return weight * recoveryFunction(block.contact[v] / element.size, a, b);
 }
 
-double Front::scaleAt(const GrowthBlock& block, int v) const {
+double Front::scaleFor(double contact) const {
     const double least = std::min(2.0, a * element.size);
-    return weight * recoveryFunction(std::max(least, double(block.contact[v])) / element.size, a, b);
+    return weight * recoveryFunction(std::max(least, contact) / element.size, a, b);
 }
 
 double Front::speedOf(GrowthBlock* block, int v) {
-    if (block->contact[v] < 0)
+    if (block->contact[v] < 0) {
         block->contact[v] =
             float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
+        block->scale[v] = float(scaleFor(block->contact[v]));
+    }
     return speedAt(*block, v);
 }
 
 /// Arrival near the contact rim, where the speed changes too fast within a voxel to march: with F = k d the front
 /// sweeps the wedge between body and neighbour like a hand of a clock, T = angle / k. Nearer than two voxels the angle
 /// is read farther out on the same ray from the rim. Never, away from the rim.
-double Front::wedgeArrival(const GrowthBlock& block, int v) const {
+double Front::wedgeArrival(const Vec3& p, double phi, double d, const Vec3& rim) const {
     constexpr double kRead = 2;
-    double d = block.contact[v];
-    if (d > std::min(4.0, 0.7 * a * element.size) || d <= 0) return kNever;
-    const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-    double phi = element.placed->getValue(c);
-    if (phi <= 0 || phi > 3) return kNever;
+    if (d > std::min(4.0, 0.7 * a * element.size) || d <= 0 || phi <= 0 || phi > 3) return kNever;
     if (d < kRead) {
-        const Vec3 p = centreOf(c), rim = element.contact->nearest(p), ray = p - rim;
+        const Vec3 ray = p - rim;
         const double l = length(ray);
         if (l < 1e-3) return kNever;
         phi = sampleAt(*element.placed, rim + (kRead / l) * ray);
@@ -99,6 +98,52 @@ double Front::wedgeArrival(const GrowthBlock& block, int v) const {
     }
     const double speed = weight * recoveryFunction(d / element.size, a, b);
     return speed > 0 ? std::asin(std::clamp(phi / d, 0.0, 1.0)) * d / speed : kNever;
+}
+
+double Front::wedgeArrival(const GrowthBlock& block, int v) const {
+    const double d = block.contact[v];
+    if (d > 4 || d <= 0) return kNever;
+    const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+    const double phi = element.placed->getValue(c);
+    if (phi <= 0 || phi > 3) return kNever;
+    return wedgeArrival(centreOf(c), phi, d, d < 2 ? element.contact->nearest(centreOf(c)) : Vec3(0, 0, 0));
+}
+
+/// Mean scale of the neighbours that have times, for a body voxel beside them; 0 where there are none.
+double Front::innerScale(GrowthBlock& block, int v) const {
+    double sum = 0;
+    int count = 0;
+    for (int side = 0; side < 6; ++side) {
+        int n;
+        const GrowthBlock* other = step(&block, v, side, n);
+        if (!other || !other->hasTime(n)) continue;
+        sum += other->scale[n];
+        ++count;
+    }
+    return count ? sum / count : 0;
+}
+
+void Front::extendIntoBody() {
+    for (GrowthBlock& block : blocks)
+        for (int v = 0; v < 512; ++v)
+            if (block.state[v] == kBody) block.scale[v] = 0;
+    std::vector<std::pair<uint32_t, float>> layer;
+    for (int pass = 0; pass < 2; ++pass) {
+        layer.clear();
+        for (GrowthBlock& block : blocks)
+            for (int v = 0; v < 512; ++v) {
+                if (block.state[v] != kBody || block.scale[v] > 0) continue;
+                const double scale = innerScale(block, v);
+                if (scale > 0) layer.emplace_back(uint32_t(block.number) * 512 + uint32_t(v), float(scale));
+            }
+        for (const auto& [voxel, scale] : layer) {
+            GrowthBlock& block = blocks[voxel / 512];
+            const int v = int(voxel % 512);
+            const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+            block.scale[v] = scale;
+            block.time[v] = std::min(-1e-6f, element.placed->getValue(c) / scale);
+        }
+    }
 }
 
 void Front::push(GrowthBlock* block, int v, double time) {
@@ -290,6 +335,9 @@ bool Front::widen(double now) {
     if (b * kStepFactor > kLimit) return false;
     const double before = b;
     b *= kStepFactor;
+    for (GrowthBlock& block : blocks)
+        for (int v = 0; v < 512; ++v)
+            if (block.contact[v] >= 0) block.scale[v] = float(scaleFor(block.contact[v]));
     std::vector<uint32_t> waiting;
     waiting.swap(dormant_);
     for (const Arrival& h : heap_) waiting.push_back(h.voxel);

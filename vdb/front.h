@@ -21,9 +21,11 @@ struct GrowthBlock {
     ClaimBlock* claims = nullptr;
     GrowthBlock* next[6] = {};  ///< -x +x -y +y -z +z, null until made
     int number = 0;
-    float time[512];     ///< arrival time; in body voxels: distance to the grown surface
+    float time[512];     ///< arrival time; in body voxels, once extended: the front's way run backwards, negative
     float contact[512];  ///< distance to the contact rims, -1 where not asked for yet
+    float scale[512];    ///< turns times into distances: Front::scaleFor; 0 where the front does not go
     uint8_t state[512];
+    bool hasTime(int v) const { return scale[v] > 0 && time[v] < std::numeric_limits<float>::max(); }
 };
 
 class Front {
@@ -48,17 +50,16 @@ class Front {
     /// Widens b by a step, the clock running on from `now`. False when the limit is reached.
     bool widen(double now);
 
+    /// Runs the front backwards into two layers of the body, so that fields of time and scale are smooth across the
+    /// body's surface. To be called when marching has ended.
+    void extendIntoBody();
+    /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
+    /// away from the rim.
+    double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim) const;
     double speedAt(const GrowthBlock& block, int v) const;
-    /// Turns times into distances: the speed, but not taken nearer to the contact than two voxels. There it falls so
-    /// fast within a voxel that the zero set of a product with it would be pitted.
-    double scaleAt(const GrowthBlock& block, int v) const;
-    /// Distance-like value of the grown region's own surface at an outside voxel with a known time, for the stop time.
-    float displaced(const GrowthBlock& block, int v) const {
-        return float(scaleAt(block, v)) * (block.time[v] - stopTime);
-    }
-    bool hasTime(const GrowthBlock& block, int v) const {
-        return block.state[v] != kBody && block.time[v] < std::numeric_limits<float>::max();
-    }
+    /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the
+    /// zero set of a product with it would be pitted.
+    double scaleFor(double contact) const;
     GrowthBlock* probe(const Coord& origin) const;
     /// Neighbouring voxel: its block (null where there is none) and index.
     static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n);
@@ -87,6 +88,7 @@ class Front {
     double arrival(GrowthBlock* block, int v, double speed, bool withGhosts, double atLeast) const;
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;
+    double innerScale(GrowthBlock& block, int v) const;
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
     void push(GrowthBlock* block, int v, double time);

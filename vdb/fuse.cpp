@@ -1,11 +1,9 @@
 #include "pavel/vdb/fuse.h"
 
 #include <openvdb/tree/LeafManager.h>
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <set>
 
 #include "pavel/vdb/redistance.h"
 
@@ -18,28 +16,22 @@ std::vector<Coord> sortedOnce(std::vector<Coord> origins) {
     return origins;
 }
 
-/// Leaf origins where any element has values of its own.
-std::vector<Coord> unionOrigins(const std::vector<WorkElement>& elements, const Growth& growth) {
+/// Leaf origins of all packed elements: the union's surface is part of theirs.
+std::vector<Coord> unionOrigins(const std::vector<WorkTree::Ptr>& elements) {
     std::vector<Coord> origins;
-    for (size_t i = 0; i < elements.size(); ++i) {
-        for (auto leaf = elements[i].placed->cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
-        if (const Front* f = growth.front(int(i)))
-            for (const GrowthBlock& b : f->blocks) origins.push_back(b.origin);
-    }
+    for (const WorkTree::Ptr& tree : elements)
+        if (tree)
+            for (auto leaf = tree->cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
     return sortedOnce(std::move(origins));
 }
 
 /// Leaf origins of the union, and of the base where it runs through the union's inside.
-std::vector<Coord> combinedOrigins(const std::vector<WorkElement>& elements, const openvdb::FloatTree& all,
-                                   const openvdb::FloatTree& base) {
+std::vector<Coord> combinedOrigins(const openvdb::FloatTree& all, const openvdb::FloatTree& base) {
     std::vector<Coord> origins;
     for (auto leaf = all.cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
-    CoordBBox box;
-    for (const WorkElement& e : elements) box.expand(e.box);
     const BaseReader reader(all);
     for (auto leaf = base.cbeginLeaf(); leaf; ++leaf)
-        if (box.isInside(leaf->origin()) && !reader.probeConstLeaf(leaf->origin()) &&
-            reader.getValue(leaf->origin()) < 0)
+        if (!reader.probeConstLeaf(leaf->origin()) && reader.getValue(leaf->origin()) < 0)
             origins.push_back(leaf->origin());
     return sortedOnce(std::move(origins));
 }
@@ -61,27 +53,13 @@ class BlockReader {
 };
 
 /// Minimum over all elements in one block, unclipped by each other.
-void unionValues(const std::vector<WorkElement>& elements, const Growth& growth, const ElementIndex& index,
-                 const std::vector<std::set<Coord>>& islands, const Coord& origin, float* values) {
+void unionValues(const RegionBuilder& builder, const std::vector<WorkTree::Ptr>& elements, const Coord& origin,
+                 float* values) {
     std::fill(values, values + 512, kBand);
-    for (int i : index.meeting(CoordBBox(origin.offsetBy(-24), origin.offsetBy(31)))) {
-        const WorkElement& e = elements[size_t(i)];
-        if (!e.bodyVoxels) continue;
-        const WorkLeaf* leaf = e.placed->probeConstLeaf(origin);
-        const float tile = leaf ? 0 : e.placed->getValue(origin);
-        if (leaf || tile < 0) {
-            for (int v = 0; v < 512; ++v) {
-                if (!islands[size_t(i)].empty() &&
-                    islands[size_t(i)].count(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))))
-                    continue;
-                values[v] = std::min(values[v], leaf ? leaf->getValue(openvdb::Index(v)) : tile);
-            }
-        }
-        const Front* front = growth.front(i);
-        if (const GrowthBlock* block = front ? front->probe(origin) : nullptr)
-            for (int v = 0; v < 512; ++v)
-                if (front->hasTime(*block, v) || block->state[v] == kBody)
-                    values[v] = std::min(values[v], std::max(-kBand, growth.ownValue(i, *block, v)));
+    OwnField field;
+    for (int i : builder.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
+        if (!elements[size_t(i)] || !builder.load(i, origin, field)) continue;
+        for (int v = 0; v < 512; ++v) values[v] = std::min(values[v], std::max(-kBand, field.own(v)));
     }
 }
 
@@ -92,19 +70,15 @@ void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values)
     leaf->setValuesOn();
 }
 
-openvdb::FloatTree::Ptr unionTree(const std::vector<WorkElement>& elements, const Growth& growth) {
-    const ElementIndex index(elements);
-    const std::vector<Coord> origins = unionOrigins(elements, growth);
-    std::vector<std::set<Coord>> islands(elements.size());
-    for (size_t i = 0; i < elements.size(); ++i)
-        islands[i].insert(elements[i].islands.begin(), elements[i].islands.end());
+openvdb::FloatTree::Ptr unionTree(const RegionBuilder& builder, const std::vector<WorkTree::Ptr>& elements) {
+    const std::vector<Coord> origins = unionOrigins(elements);
     auto tree = std::make_shared<openvdb::FloatTree>(kBand);
     constexpr size_t kChunk = 4096;
     std::vector<float> values(kChunk * 512);
     for (size_t first = 0; first < origins.size(); first += kChunk) {
         const size_t count = std::min(kChunk, origins.size() - first);
         tbb::parallel_for(size_t(0), count, [&](size_t k) {
-            unionValues(elements, growth, index, islands, origins[first + k], &values[k * 512]);
+            unionValues(builder, elements, origins[first + k], &values[k * 512]);
         });
         for (size_t k = 0; k < count; ++k) setLeaf(*tree, origins[first + k], &values[k * 512]);
     }
@@ -132,10 +106,10 @@ openvdb::FloatTree::Ptr closed(const openvdb::FloatTree& raw) {
 
 /// Sets f(union, base) wherever the union has values.
 template <class F>
-void combine(const std::vector<WorkElement>& elements, const openvdb::FloatTree& all, const openvdb::FloatTree& base,
+void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base,
              openvdb::FloatTree& out, F f) {
     const BlockReader above(all), below(base);
-    for (const Coord& origin : combinedOrigins(elements, all, base)) {
+    for (const Coord& origin : combinedOrigins(all, base)) {
         float u[512], b[512];
         above.read(origin, u);
         below.read(origin, b);
@@ -147,17 +121,16 @@ void combine(const std::vector<WorkElement>& elements, const openvdb::FloatTree&
 
 }  // namespace
 
-void fuse(const std::vector<WorkElement>& elements, const Growth& growth, const openvdb::FloatTree::Ptr& base,
-          bool withSolid, PackedGrids& grids) {
-    openvdb::FloatTree::Ptr all = unionTree(elements, growth);
+void fuse(const RegionBuilder& builder, bool withSolid, PackedGrids& grids) {
+    openvdb::FloatTree::Ptr all = unionTree(builder, grids.elements);
     if (withSolid) {
-        openvdb::FloatTree solid(*base);
-        combine(elements, *all, *base, solid, [](float u, float b) { return std::min(u, b); });
+        openvdb::FloatTree solid(*grids.base);
+        combine(*all, *grids.base, solid, [](float u, float b) { return std::min(u, b); });
         grids.solid = closed(solid);
     }
     all = closed(*all);
     openvdb::FloatTree outside(kBand);
-    combine(elements, *all, *base, outside, [](float u, float b) { return std::max(u, -b); });
+    combine(*all, *grids.base, outside, [](float u, float b) { return std::max(u, -b); });
     all.reset();
     grids.surface = redistanced(outside);
 }

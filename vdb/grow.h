@@ -2,6 +2,7 @@
 // All fronts on one clock, and the stop times that give every element its volume back.
 #include "pavel/core/run_context.h"
 #include "pavel/vdb/front.h"
+#include "pavel/vdb/region.h"
 
 namespace pavel {
 
@@ -23,35 +24,25 @@ class Growth {
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels.
     void solveStopTimes(const std::vector<double>& targets, const RunContext& context);
 
-    /// Level set of element i after growth, raw: right where it changes sign, not a distance farther out.
-    WorkTree::Ptr region(int i) const;
     /// Null where the element did not grow.
     const Front* front(int i) const { return fronts_[size_t(i)].get(); }
+    const std::vector<std::unique_ptr<Front>>& fronts() const { return fronts_; }
     size_t grownVoxels() const;
-    /// Value of the region of i at a voxel of one of its blocks, unclipped by other elements.
-    float ownValue(int i, const GrowthBlock& block, int v) const;
 
   private:
-    WorkTree::Ptr rawRegion(int i) const;
-    void registerBlocks();
-    void displaceBodies(int i);
-    void fillRegion(int i, const GrowthBlock& block, float* values) const;
-    struct Evaluation {
-        double volume = 0;  ///< of the region, sub-voxel
-        double slope = 0;   ///< dV/dT: the integral of the speed over the free front
-        double area = 0;    ///< of the free front
-    };
-    Evaluation evaluate(int i) const;
-    void measureFixedPart(int i);
-
     const std::vector<WorkElement>& elements_;
     const openvdb::FloatTree* base_;
     ClaimMap claims_;
     std::vector<std::unique_ptr<Front>> fronts_;
-    std::map<Coord, std::vector<int>> here_;  // fronts with a block at an origin
-    std::vector<double> fixedVolume_;         // of the leaves that growth does not touch
-    std::vector<std::vector<Coord>> touched_;
-    std::vector<size_t> measuredBlocks_;
 };
+
+/// How much later the front of a region must stop for a volume (voxels); negative: earlier. At most the time in which
+/// it moves by `most` voxels.
+struct StopShift {
+    double later = 0;    ///< solves, or comes as near as `most` allows
+    double missing = 0;  ///< volume that was missing before
+    double reach = 0;    ///< time in which the front moves by a voxel; 0 where nothing moves
+};
+StopShift solveShift(const Region& region, double target, double most);
 
 }  // namespace pavel

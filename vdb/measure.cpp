@@ -32,24 +32,48 @@ double cubeShareUnderPlane(double distance, Vec3 n) {
     return upper ? 1 - v : v;
 }
 
-double leafVolume(const WorkReader& reader, const WorkLeaf& leaf) {
-    double volume = 0;
-    for (openvdb::Index i = 0; i < WorkLeaf::SIZE; ++i) {
-        const float v = leaf.getValue(i);
-        if (v <= -1.8f)
-            volume += 1;
-        else if (v < 1.8f)
-            volume += insideShare(reader, leaf.offsetToGlobalCoord(i), v);
+InsideMeasure measureBlock(const HaloBlock& f) {
+    InsideMeasure m;
+    double shares = 0;
+    for (int row = 0; row < 64; ++row) {
+        const float* at = &f[size_t(((row >> 3) + 1) * 100 + ((row & 7) + 1) * 10 + 1)];
+        for (int z = 0; z < 8; ++z, ++at) {
+            const float v = *at;
+            m.voxels += v < 0;
+            if (v >= 1.8f) continue;
+            if (v <= -1.8f) {
+                shares += 1;
+                continue;
+            }
+            const float gx = 0.5f * (at[100] - at[-100]), gy = 0.5f * (at[10] - at[-10]), gz = 0.5f * (at[1] - at[-1]);
+            const float l = std::sqrt(gx * gx + gy * gy + gz * gz);
+            if (std::abs(v) > 0.87f * l)  // the plane misses the voxel
+                shares += v < 0;
+            else
+                shares += cubeShareUnderPlane(v / l, Vec3(gx / l, gy / l, gz / l));
+        }
     }
-    return volume;
+    m.volume = shares;
+    return m;
 }
 
 InsideMeasure measureInside(const WorkTree& tree) {
     InsideMeasure m;
-    const WorkReader reader(tree);
+    HaloBlock halo;
     for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-        m.volume += leafVolume(reader, *leaf);
-        for (openvdb::Index i = 0; i < WorkLeaf::SIZE; ++i) m.voxels += leaf->getValue(i) < 0;
+        const auto neighbour = [&](int side) {
+            Coord c = leaf->origin();
+            c[side / 2] += side % 2 ? 8 : -8;
+            return c;
+        };
+        fillHalo(
+            leaf->buffer().data(),
+            [&](int side) {
+                const WorkLeaf* n = tree.probeConstLeaf(neighbour(side));
+                return n ? n->buffer().data() : nullptr;
+            },
+            [&](int side) { return tree.getValue(neighbour(side)); }, halo);
+        m.add(measureBlock(halo));
     }
     auto tile = tree.cbeginValueAll();
     tile.setMaxDepth(WorkTree::ValueAllCIter::LEAF_DEPTH - 1);

@@ -3,11 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <map>
 #include <mutex>
 
 #include "pavel/core/error.h"
 #include "pavel/core/mesh_check.h"
 #include "pavel/vdb/fuse.h"
+#include "pavel/vdb/grow.h"
 #include "pavel/vdb/measure.h"
 #include "pavel/vdb/overlap.h"
 #include "pavel/vdb/redistance.h"
@@ -30,6 +32,21 @@ void forEachElement(size_t n, const RunContext& context, const char* stage, doub
         }
     });
     context.progress(stage, to);
+}
+
+/// Coarse voxels across the thinnest element, at least, on the grid that fronts march on.
+constexpr double kCoarseAcross = 24;
+
+/// How many times coarser than the result fronts may march: 1, 2, 4 or 8.
+int coarseFactor(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, double h) {
+    double thinnest = 1e300;
+    std::vector<double> thickness;
+    for (const ElementKind& k : kinds) thickness.push_back(meshBounds(k.mesh).size().min());
+    for (const PlacedElement& p : placed)
+        thinnest = std::min(thinnest, thickness[size_t(p.kind)] * p.worldFromElement.scale / h);
+    int factor = 1;
+    while (factor < 8 && thinnest / (2 * factor) >= kCoarseAcross) factor *= 2;
+    return factor;
 }
 
 std::vector<WorkElement> voxelizeAll(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed,
@@ -63,30 +80,66 @@ std::vector<WorkElement> voxelizeAll(const std::vector<ElementKind>& kinds, cons
     return elements;
 }
 
-void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree* base, RunContext& context) {
-    findNeighbours(elements);
-    forEachElement(elements.size(), context, "overlap", 0, 0.6, [&](size_t i) {
-        trimElement(elements[i], elements, base);
-        const InsideMeasure m = measureInside(*elements[i].body);
-        elements[i].bodyVolume = m.volume;
-        elements[i].bodyVoxels = m.voxels;
-    });
-    forEachElement(elements.size(), context, "overlap", 0.6, 1, [&](size_t i) {
-        if (elements[i].bodyVoxels) findContacts(elements[i], elements, base);
-    });
+/// Erases from a fine level set what the trim on a coarser grid cut off: voxels with a stray node around them and none
+/// of the main body.
+void eraseStrays(WorkElement& fine, const WorkElement& coarse, int factor) {
+    if (coarse.strays.empty()) return;
+    std::map<Coord, BlockMask> stray;
+    for (const MaskedBlock& m : coarse.strays)
+        for (size_t row = 0; row < 64; ++row) stray[m.origin][row] |= m.mask[row];
+    const auto isStray = [&](const Coord& c) {
+        const auto found = stray.find(leafOrigin(c));
+        return found != stray.end() && testMask(found->second, int(WorkLeaf::coordToOffset(c)));
+    };
+    std::vector<MaskedBlock> erased;
+    for (const auto& [origin, mask] : stray) {
+        const Coord first(origin[0] * factor - factor, origin[1] * factor - factor, origin[2] * factor - factor),
+            last(first[0] + 9 * factor, first[1] + 9 * factor, first[2] + 9 * factor);
+        forEachBlock(CoordBBox(first, last), [&](const Coord& block) {
+            MaskedBlock m{block, {}};
+            bool any = false;
+            for (int v = 0; v < 512; ++v) {
+                const Coord c = block + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+                bool near = false, main = false;
+                for (int corner = 0; corner < 8; ++corner) {
+                    Coord node;
+                    for (int k = 0; k < 3; ++k) {
+                        const int down = c[k] >= 0 ? c[k] / factor : -((-c[k] + factor - 1) / factor);
+                        node[k] = down + (corner >> k & 1 && down * factor != c[k]);
+                    }
+                    near |= isStray(node);
+                    main |= coarse.body->getValue(node) < 0;
+                }
+                if (!near || main) continue;
+                m.mask[size_t(v >> 3)] = uint8_t(m.mask[size_t(v >> 3)] | 1 << (v & 7));
+                any = true;
+            }
+            if (any) erased.push_back(m);
+        });
+    }
+    for (const MaskedBlock& m : erased)
+        if (fine.placed->probeConstLeaf(m.origin) || fine.placed->getValue(m.origin) < 0) erase(*fine.placed, {m});
 }
 
-/// Moves a surface inward, by hundredths of a voxel, until its volume is no more than the target: where an element was
-/// squeezed so hard that the stop time could not settle, too little is reported, but nothing is invented.
-double shrinkToTarget(WorkTree& tree, double target) {
-    constexpr double kClose = 5e-4;
-    double volume = measureInside(tree).volume;
-    for (int step = 0; step < 4 && volume > target * (1 + kClose); ++step) {
+/// Moves a surface by hundredths of a voxel until its volume is the target, or no more than it where `growing` is
+/// false: what re-distancing changed. Returns the volume.
+double settleVolume(WorkTree& tree, double target, bool growing) {
+    constexpr double kClose = 2e-5, kMost = 0.05;
+    double volume = measureInside(tree).volume, total = 0;
+    for (int step = 0; step < 3 && std::abs(volume - target) > target * kClose; ++step) {
+        if (volume < target && !growing) break;
         double area = 0;
-        for (auto it = tree.cbeginValueOn(); it; ++it) area += std::abs(*it) < 0.5f;
-        const float by = float(std::min(0.5, (volume - target) / std::max(area, 1.0)));
-        for (auto leaf = tree.beginLeaf(); leaf; ++leaf)
-            for (auto it = leaf->beginValueOn(); it; ++it) it.setValue(std::min(kResultBand, *it + by));
+        for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
+            for (int v = 0; v < 512; ++v) area += std::abs(leaf->buffer().data()[v]) < 0.5f;
+        double by = (volume - target) / std::max(area, 1.0);
+        if (volume < target) by = std::max(by, -kMost - total);
+        by = std::min(by, 0.5);
+        total += by;
+        for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
+            float* values = leaf->buffer().data();
+            for (auto it = leaf->beginValueOn(); it; ++it)
+                values[it.pos()] = std::clamp(values[it.pos()] + float(by), -kResultBand, kResultBand);
+        }
         volume = measureInside(tree).volume;
     }
     return volume;
@@ -133,80 +186,92 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
 Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds,
              const std::vector<PlacedElement>& placed, const PackOptions& options, RunContext& context) {
     const double h = options.voxelSize, h3 = h * h * h;
+    const size_t n = placed.size();
+    const int factor = coarseFactor(kinds, placed, h);
+    const double coarseH = h * factor;
     openvdb::initialize();
     Packing result;
     result.voxelSize = h;
     result.grids = std::make_shared<PackedGrids>();
     PackedGrids& grids = *result.grids;
+    grids.elements.resize(n);
+    result.elements.resize(n);
 
-    std::vector<WorkElement> elements;
+    // Overlap and growth are settled on the coarse grid, the packed shapes are then made on the fine one.
+    std::vector<WorkElement> coarse, finer;
+    openvdb::FloatTree::Ptr coarseBase;
     {
         const StageTimer timer(context, "voxelize");
-        grids.base = voxelizeBase(baseMesh, h)->treePtr();
-        elements = voxelizeAll(kinds, placed, h, context);
+        grids.base = coarseBase = voxelizeBase(baseMesh, h)->treePtr();
+        if (factor > 1) {
+            coarseBase = voxelizeBase(baseMesh, coarseH)->treePtr();
+            finer = voxelizeAll(kinds, placed, h, context);
+        }
+        coarse = voxelizeAll(kinds, placed, coarseH, context);
     }
     {
         const StageTimer timer(context, "overlap");
-        resolveOverlap(elements, grids.base.get(), context);
+        resolveOverlap(coarse, coarseBase.get(), context);
+        for (size_t i = 0; i < finer.size(); ++i) eraseStrays(finer[i], coarse[i], factor);
     }
-    const size_t n = elements.size();
-    grids.elements.resize(n);
-    result.elements.resize(n);
-    std::vector<int> swallowed, widened, short_;
+    const std::vector<WorkElement>& fine = factor > 1 ? finer : coarse;
+    std::vector<Material> materials(kinds.size(), Material{options.a, options.b});
+    for (size_t k = 0; k < options.kindMaterial.size(); ++k)
+        materials[k] = {options.kindMaterial[k].first, options.kindMaterial[k].second};
+    Growth growth(coarse, coarseBase.get(), materials);
     {
         const StageTimer timer(context, "growth");
-        std::vector<Material> materials(kinds.size(), Material{options.a, options.b});
-        for (size_t k = 0; k < options.kindMaterial.size(); ++k)
-            materials[k] = {options.kindMaterial[k].first, options.kindMaterial[k].second};
-        Growth growth(elements, grids.base.get(), materials);
         growth.march(context);
         std::vector<double> targets(n);
-        for (size_t i = 0; i < n; ++i) targets[i] = elements[i].placedVolume;
+        for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].placedVolume;
         growth.solveStopTimes(targets, context);
-        // What re-distancing changes in the measure is small and hardly moves with the stop time: solve with it allowed
-        // for.
-        std::vector<double> corrected = targets;
-        forEachElement(n, context, "growth", 0.7, 0.8, [&](size_t i) {
-            if (!elements[i].bodyVoxels || !growth.front(int(i))) return;
-            const WorkTree::Ptr raw = growth.region(int(i));
-            corrected[i] += measureInside(*raw).volume - measureInside(*redistanced(*raw)).volume;
-        });
-        growth.solveStopTimes(corrected, context);
-        forEachElement(n, context, "growth", 0.9, 1, [&](size_t i) {
-            const WorkElement& e = elements[i];
+    }
+    const RegionBuilder onCoarse(coarse, coarseBase.get(), growth.fronts(), 1),
+        onFine(fine, grids.base.get(), growth.fronts(), factor);
+    {
+        const StageTimer timer(context, "growth");
+        forEachElement(n, context, "growth", 0.8, 1, [&](size_t i) {
             ElementResult& r = result.elements[i];
-            r.id = e.id;
-            r.initialVolume = r.targetVolume = e.placedVolume * h3;
-            r.lostVolume = e.lost() * h3;
-            for (int c : e.contacts) r.contacts.push_back(elements[size_t(c)].id);
-            if (e.bodyVoxels) {
-                grids.elements[i] = redistanced(*growth.region(int(i)));
-                r.finalVolume = shrinkToTarget(*grids.elements[i], e.placedVolume) * h3;
-            }
             const Front* f = growth.front(int(i));
+            const double target = fine[i].placedVolume;
+            r.id = fine[i].id;
+            r.initialVolume = r.targetVolume = target * h3;
+            r.lostVolume = coarse[i].lost() * coarseH * coarseH * coarseH;
+            for (int c : coarse[i].contacts) r.contacts.push_back(fine[size_t(c)].id);
+            if (coarse[i].bodyVoxels) {
+                Region region = onCoarse.build(int(i));
+                if (factor > 1) region = onFine.refine(int(i), region);
+                const StopShift s = solveShift(region, target, 0.5);
+                const bool mayGrow = !f || !f->exhausted;
+                if (f && (mayGrow || s.missing < 0)) region.advance(s.later);
+                grids.elements[i] = redistanced(region);
+                r.finalVolume = settleVolume(*grids.elements[i], target, mayGrow) * h3;
+            }
             if (f && f->b > f->firstB) r.widenedB = f->b;
             // Rounding is no lack of room; what is missing beyond it could not be had back.
             const double missing = r.targetVolume - r.finalVolume;
-            if (!e.bodyVoxels || (f && f->exhausted) || missing > 1e-3 * r.targetVolume)
+            if (!coarse[i].bodyVoxels || (f && f->exhausted) || missing > 1e-3 * r.targetVolume)
                 r.unrecoveredVolume = std::max(0.0, missing);
         });
-        for (size_t i = 0; i < n; ++i) {
-            if (!elements[i].bodyVoxels)
-                swallowed.push_back(elements[i].id);
-            else if (result.elements[i].unrecoveredVolume > 0)
-                short_.push_back(elements[i].id);
-            else if (result.elements[i].widenedB > 0)
-                widened.push_back(elements[i].id);
-        }
-        result.counts.grownVoxels = growth.grownVoxels();
-        for (WorkElement& e : elements) e.contact.reset();
-        fuse(elements, growth, grids.base, options.solidWithBase, grids);
     }
-    for (const WorkElement& e : elements) {
-        result.counts.decorationVoxels += e.placedVoxels;
-        result.counts.overlapVoxels += e.placedVoxels - e.bodyVoxels;
+    {
+        const StageTimer timer(context, "extract");
+        fuse(onFine, options.solidWithBase, grids);
+        grids.ids = elementIds(grids.elements);
     }
-    grids.ids = elementIds(grids.elements);
+    std::vector<int> swallowed, widened, short_;
+    const uint64_t factor3 = uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
+    for (size_t i = 0; i < n; ++i) {
+        result.counts.decorationVoxels += fine[i].placedVoxels;
+        result.counts.overlapVoxels += (coarse[i].placedVoxels - coarse[i].bodyVoxels) * factor3;
+        if (!coarse[i].bodyVoxels)
+            swallowed.push_back(fine[i].id);
+        else if (result.elements[i].unrecoveredVolume > 0)
+            short_.push_back(fine[i].id);
+        else if (result.elements[i].widenedB > 0)
+            widened.push_back(fine[i].id);
+    }
+    result.counts.grownVoxels = growth.grownVoxels() * factor3;
     result.counts.baseVoxels = uint64_t(std::llround(meshVolume(baseMesh) / h3));
     result.counts.activeVoxels = grids.surface->activeVoxelCount() + grids.base->activeVoxelCount();
     for (const auto& e : grids.elements)

@@ -8,173 +8,260 @@
 namespace pavel {
 namespace {
 
-constexpr int kBrick = 32, kHalo = 8, kSide = kBrick + 2 * kHalo, kMargin = 4;
+/// Largest window, in blocks a side; the outer layer is halo.
+constexpr int kMostBlocks = 14;
+/// Voxels at a window's rim that only lend their values.
+constexpr int kMargin = 4;
+/// Nearer to both fields than this, a voxel may have its foot on the crease between them.
+constexpr float kCrease = 1.8f;
 
 struct Foot {
-    Vec3f point, normal;
+    Vec3f point, along;  ///< unit normal of the surface, or direction of the crease
+    bool onCrease;
 };
 
-/// One brick's window; index = (x * side + y) * side + z.
+/// Values of one block: own and, where a second field cuts it, clip; null where `tile` stands for all.
+struct BlockValues {
+    const float *own = nullptr, *clip = nullptr;
+    float tile = kBand;
+};
+
+float dotf(const Vec3f& a, const Vec3f& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// A box of blocks; voxel index = (x * side[1] + y) * side[2] + z.
 class Window {
   public:
-    Window() : phi_(kSide * kSide * kSide), nearest_(phi_.size()), distance2_(phi_.size()), queued_(phi_.size(), 0) {}
-
-    template <class Tree>
-    bool load(const Tree& tree, const Coord& origin) {
-        openvdb::tree::ValueAccessor<const Tree, false> reader(tree);
+    /// values(origin) -> BlockValues. False where no surface passes.
+    template <class Values>
+    bool load(const Coord& origin, const std::array<int, 3>& blocks, const Values& values) {
+        for (int k = 0; k < 3; ++k) blocks_[k] = blocks[size_t(k)], side_[k] = 8 * blocks_[k];
+        dx_ = side_[1] * side_[2], dy_ = side_[2];
+        const size_t count = size_t(blocks_[0]) * size_t(blocks_[1]) * size_t(blocks_[2]), voxels = count * 512;
+        if (phi_.size() < voxels) {
+            for (auto* field : {&phi_, &own_, &clip_, &distance2_}) field->resize(voxels);
+            nearest_.resize(voxels);
+            queued_.assign(voxels, 0);
+        }
+        sign_.assign(count, 0);
+        touched_.assign(count, 0);
+        used_.assign(count, 0);
+        source_.assign(count, {});
         bool in = false, out = false;
-        for (int bx = 0; bx < kSide; bx += 8)
-            for (int by = 0; by < kSide; by += 8)
-                for (int bz = 0; bz < kSide; bz += 8) {
-                    const Coord c = origin.offsetBy(bx - kHalo, by - kHalo, bz - kHalo);
-                    const auto* leaf = reader.probeConstLeaf(c);
-                    const float tile = leaf ? 0 : reader.getValue(c);
-                    int negative = leaf || !(tile < 0) ? 0 : 512;
-                    for (int x = 0; x < 8; ++x)
-                        for (int y = 0; y < 8; ++y) {
-                            float* row = &phi_[size_t(index(bx + x, by + y, bz))];
-                            if (!leaf) {
-                                std::fill(row, row + 8, tile);
-                                continue;
-                            }
-                            const float* values = leaf->buffer().data() + x * 64 + y * 8;
-                            std::copy(values, values + 8, row);
-                            for (int z = 0; z < 8; ++z) negative += values[z] < 0;
-                        }
-                    sign_[size_t(block(bx, by, bz))] = negative == 0 ? 1 : negative == 512 ? -1 : 0;
-                    in |= negative > 0;
-                    out |= negative < 512;
-                }
-        return in && out;
+        forEach([&](int b, int x, int y, int z) {
+            const BlockValues& f = source_[size_t(b)] = values(origin.offsetBy(8 * x, 8 * y, 8 * z));
+            int negative = f.own || !(f.tile < 0) ? 0 : 512;
+            if (f.own && f.clip)
+                for (int v = 0; v < 512; ++v) negative += f.own[v] < 0 && f.clip[v] < 0;
+            else if (f.own)
+                for (int v = 0; v < 512; ++v) negative += f.own[v] < 0;
+            sign_[size_t(b)] = negative == 0 ? 1 : negative == 512 ? -1 : 0;
+            in |= negative > 0;
+            out |= negative < 512;
+        });
+        if (!in || !out) return false;
+        crossing_.clear();
+        forEach([&](int b, int x, int y, int z) {
+            if (!mayCross(b, x, y, z)) return;
+            crossing_.push_back({x, y, z});
+            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, blocks_[0] - 1); ++u)
+                for (int v = std::max(y - 1, 0); v <= std::min(y + 1, blocks_[1] - 1); ++v)
+                    for (int w = std::max(z - 1, 0); w <= std::min(z + 1, blocks_[2] - 1); ++w)
+                        used_[size_t(block(u, v, w))] = 1;
+        });
+        forEach([&](int b, int x, int y, int z) {
+            if (used_[size_t(b)]) copyIn(source_[size_t(b)], 8 * x, 8 * y, 8 * z);
+        });
+        return true;
     }
 
     void solve() {
-        std::fill(nearest_.begin(), nearest_.end(), -1);
-        std::fill(distance2_.begin(), distance2_.end(), 1e9f);
-        std::fill(touched_.begin(), touched_.end(), false);
         feet_.clear();
         layer_.clear();
-        for (int bx = 0; bx < kSide; bx += 8)
-            for (int by = 0; by < kSide; by += 8)
-                for (int bz = 0; bz < kSide; bz += 8)
-                    if (mayCross(bx, by, bz)) findFeet(bx, by, bz);
-        for (int step = 0; step < 3 && !layer_.empty(); ++step) spread();  // kResultBand voxels outward
+        for (const auto& c : crossing_) findFeet(8 * c[0], 8 * c[1], 8 * c[2]);
+        while (!layer_.empty()) spread();
     }
 
-    float value(int x, int y, int z) const {
-        const int i = index(x, y, z);
-        const bool inside = phi_[size_t(i)] < 0;
-        float d = kResultBand;
-        if (nearest_[size_t(i)] >= 0) {
-            const Foot& foot = feet_[size_t(nearest_[size_t(i)])];
-            const Vec3f v = Vec3f(float(x), float(y), float(z)) - foot.point;
-            const float along = dotf(v, foot.normal), aside = std::sqrt(std::max(0.f, v.sqrnorm() - along * along));
-            const float rest = std::max(0.f, aside - 0.5f);
-            d = std::min(kResultBand, std::sqrt(along * along + rest * rest));
-        }
-        // Zero would be no side at all.
-        return inside ? -std::max(d, 1e-6f) : std::max(d, 1e-6f);
-    }
-
-    /// Does any voxel of the block at (x, y, z) lie in the band?
+    /// Does any voxel of the block lie in the band?
     bool touched(int x, int y, int z) const { return touched_[size_t(block(x, y, z))]; }
 
-    static int index(int x, int y, int z) { return (x * kSide + y) * kSide + z; }
+    /// The clean distances of a touched block; true where any is inside the band.
+    bool read(int bx, int by, int bz, float* out) const {
+        bool near = false;
+        for (int x = 0; x < 8; ++x)
+            for (int y = 0; y < 8; ++y)
+                for (int z = 0; z < 8; ++z) {
+                    const float d = value(8 * bx + x, 8 * by + y, 8 * bz + z);
+                    near |= std::abs(d) < kResultBand;
+                    *out++ = d;
+                }
+        return near;
+    }
 
   private:
-    static float dotf(const Vec3f& a, const Vec3f& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+    struct Place {
+        int16_t x, y, z;
+    };
 
-    static int block(int x, int y, int z) { return ((x >> 3) * (kSide / 8) + (y >> 3)) * (kSide / 8) + (z >> 3); }
-
-    void touch(int i) { touched_[size_t(block(i / (kSide * kSide), i / kSide % kSide, i % kSide))] = true; }
+    int block(int x, int y, int z) const { return (x * blocks_[1] + y) * blocks_[2] + z; }
+    int index(int x, int y, int z) const { return x * dx_ + y * dy_ + z; }
+    template <class F>
+    void forEach(F f) const {
+        int b = 0;
+        for (int x = 0; x < blocks_[0]; ++x)
+            for (int y = 0; y < blocks_[1]; ++y)
+                for (int z = 0; z < blocks_[2]; ++z) f(b++, x, y, z);
+    }
 
     /// A block of one sign whose face neighbours have the same holds no voxel beside the surface.
-    bool mayCross(int bx, int by, int bz) const {
-        const int own = sign_[size_t(block(bx, by, bz))];
+    bool mayCross(int b, int x, int y, int z) const {
+        const int own = sign_[size_t(b)];
         if (own == 0) return true;
-        const int at[3] = {bx, by, bz};
-        for (int k = 0; k < 3; ++k)
-            for (int side = -8; side <= 8; side += 16) {
-                int n[3] = {bx, by, bz};
-                n[k] = at[k] + side;
-                if (n[k] >= 0 && n[k] < kSide && sign_[size_t(block(n[0], n[1], n[2]))] != own) return true;
+        return (x > 0 && sign_[size_t(block(x - 1, y, z))] != own) ||
+               (x + 1 < blocks_[0] && sign_[size_t(block(x + 1, y, z))] != own) ||
+               (y > 0 && sign_[size_t(block(x, y - 1, z))] != own) ||
+               (y + 1 < blocks_[1] && sign_[size_t(block(x, y + 1, z))] != own) ||
+               (z > 0 && sign_[size_t(block(x, y, z - 1))] != own) ||
+               (z + 1 < blocks_[2] && sign_[size_t(block(x, y, z + 1))] != own);
+    }
+
+    void copyIn(const BlockValues& f, int bx, int by, int bz) {
+        for (int x = 0; x < 8; ++x)
+            for (int y = 0; y < 8; ++y) {
+                const size_t at = size_t(index(bx + x, by + y, bz));
+                const int row = x * 64 + y * 8;
+                for (int z = 0; z < 8; ++z) {
+                    const float own = f.own ? f.own[row + z] : f.tile, clip = f.clip ? f.clip[row + z] : -kBand;
+                    own_[at + size_t(z)] = own;
+                    clip_[at + size_t(z)] = clip;
+                    phi_[at + size_t(z)] = own > clip ? own : clip;
+                    nearest_[at + size_t(z)] = -1;
+                    distance2_[at + size_t(z)] = (kResultBand + 0.5f) * (kResultBand + 0.5f);
+                }
             }
-        return false;
     }
 
     void findFeet(int bx, int by, int bz) {
         const auto lo = [](int b) { return std::max(b, kMargin); };
-        const auto hi = [](int b) { return std::min(b + 8, kSide - kMargin); };
-        for (int x = lo(bx); x < hi(bx); ++x)
-            for (int y = lo(by); y < hi(by); ++y)
-                for (int z = lo(bz); z < hi(bz); ++z) {
+        const auto hi = [&](int b, int k) { return std::min(b + 8, side_[k] - kMargin); };
+        for (int x = lo(bx); x < hi(bx, 0); ++x)
+            for (int y = lo(by); y < hi(by, 1); ++y)
+                for (int z = lo(bz); z < hi(bz, 2); ++z) {
                     const int i = index(x, y, z);
                     if (!crosses(i)) continue;
                     Foot foot;
                     findFoot(x, y, z, foot);
-                    nearest_[size_t(i)] = int(feet_.size());
                     const Vec3f d = Vec3f(float(x), float(y), float(z)) - foot.point;
+                    nearest_[size_t(i)] = int(feet_.size());
                     distance2_[size_t(i)] = d.sqrnorm();
                     feet_.push_back(foot);
-                    layer_.push_back(i);
-                    touch(i);
+                    layer_.push_back({int16_t(x), int16_t(y), int16_t(z)});
+                    touched_[size_t(block(bx / 8, by / 8, bz / 8))] = 1;
                 }
     }
 
     bool crosses(int i) const {
-        const bool s = phi_[size_t(i)] < 0;
-        return (phi_[size_t(i - 1)] < 0) != s || (phi_[size_t(i + 1)] < 0) != s || (phi_[size_t(i - kSide)] < 0) != s ||
-               (phi_[size_t(i + kSide)] < 0) != s || (phi_[size_t(i - kSide * kSide)] < 0) != s ||
-               (phi_[size_t(i + kSide * kSide)] < 0) != s;
+        const float* f = &phi_[size_t(i)];
+        const bool s = *f < 0;
+        return (f[-1] < 0) != s || (f[1] < 0) != s || (f[-dy_] < 0) != s || (f[dy_] < 0) != s || (f[-dx_] < 0) != s ||
+               (f[dx_] < 0) != s;
     }
 
-    float trilinear(const Vec3f& p) const {
+    float trilinear(const std::vector<float>& field, const Vec3f& p) const {
         const int x = int(p[0]), y = int(p[1]), z = int(p[2]);
         const float u = p[0] - float(x), v = p[1] - float(y), w = p[2] - float(z);
-        const float* f = &phi_[size_t(index(x, y, z))];
-        constexpr int dy = kSide, dx = kSide * kSide;
-        const float a = (f[0] * (1 - w) + f[1] * w) * (1 - v) + (f[dy] * (1 - w) + f[dy + 1] * w) * v;
-        const float b = (f[dx] * (1 - w) + f[dx + 1] * w) * (1 - v) + (f[dx + dy] * (1 - w) + f[dx + dy + 1] * w) * v;
+        const float* f = &field[size_t(index(x, y, z))];
+        const float *g = f + dy_, *h = f + dx_, *k = h + dy_;
+        const float a = (f[0] * (1 - w) + f[1] * w) * (1 - v) + (g[0] * (1 - w) + g[1] * w) * v;
+        const float b = (h[0] * (1 - w) + h[1] * w) * (1 - v) + (k[0] * (1 - w) + k[1] * w) * v;
         return a * (1 - u) + b * u;
     }
 
-    /// Foot point of a voxel beside the surface: along the gradient, or along the axis that crosses soonest.
-    void findFoot(int x, int y, int z, Foot& foot) const {
-        const int i = index(x, y, z);
-        const float f0 = phi_[size_t(i)];
-        const Vec3f p{float(x), float(y), float(z)};
-        constexpr int step[3] = {kSide * kSide, kSide, 1};
-        Vec3f g;
-        for (int k = 0; k < 3; ++k) g[k] = phi_[size_t(i + step[k])] - phi_[size_t(i - step[k])];
-        const float l = g.norm();
-        if (l > 0.2f) {
-            g /= l;
-            const Vec3f toward = f0 < 0 ? g : -g;
-            float lo = 0, hi = 0, fLo = f0, fHi = f0;
-            for (float s : {0.5f, 1.0f, 1.5f}) {
-                hi = s;
-                fHi = trilinear(p + toward * s);
-                if ((fHi < 0) != (f0 < 0)) break;
-                lo = s;
-                fLo = fHi;
-            }
-            if ((fHi < 0) != (f0 < 0)) {
-                float s = hi;
-                for (int it = 0; it < 4; ++it) {
-                    s = lo + (hi - lo) * fLo / (fLo - fHi);
-                    const float f = trilinear(p + toward * s);
-                    if (std::abs(f) < 1e-4f) break;
-                    if ((f < 0) == (f0 < 0))
-                        lo = s, fLo = f;
-                    else
-                        hi = s, fHi = f;
-                }
-                foot.point = p + toward * s;
-                foot.normal = g;
-                return;
+    Vec3f gradient(const std::vector<float>& field, int i) const {
+        const float* f = &field[size_t(i)];
+        return {0.5f * (f[dx_] - f[-dx_]), 0.5f * (f[dy_] - f[-dy_]), 0.5f * (f[1] - f[-1])};
+    }
+
+    /// Point of the field's zero set along its gradient, at most 1.75 voxels away. Normal: unit gradient.
+    bool dropOnto(const std::vector<float>& field, int i, const Vec3f& p, Vec3f& point, Vec3f& normal) const {
+        const float f0 = field[size_t(i)];
+        normal = gradient(field, i);
+        const float l = normal.norm();
+        if (l < 0.1f) return false;
+        normal /= l;
+        const Vec3f toward = f0 < 0 ? normal : -normal;
+        // First the step that the slope asks for, then the secant between the two.
+        float lo = 0, fLo = f0, hi = std::min(1.2f * std::abs(f0) / l + 0.1f, 1.75f), fHi = 0;
+        bool found = false;
+        for (int it = 0; it < 3 && !found; ++it) {
+            fHi = trilinear(field, p + toward * hi);
+            found = (fHi < 0) != (f0 < 0);
+            if (!found) {
+                if (hi >= 1.75f) return false;
+                lo = hi, fLo = fHi, hi = std::min(2 * hi + 0.2f, 1.75f);
             }
         }
+        if (!found) return false;
+        float s = hi;
+        for (int it = 0; it < 3; ++it) {
+            s = lo + (hi - lo) * fLo / (fLo - fHi);
+            const float f = trilinear(field, p + toward * s);
+            if (std::abs(f) < 1e-3f) break;
+            if ((f < 0) == (f0 < 0))
+                lo = s, fLo = f;
+            else
+                hi = s, fHi = f;
+        }
+        point = p + toward * s;
+        return true;
+    }
+
+    /// Nearest point of the line in which two planes meet: p - a n - b m.
+    static bool crease(const Vec3f& p, float dn, const Vec3f& n, float dm, const Vec3f& m, Foot& foot) {
+        const float c = dotf(n, m), det = 1 - c * c;
+        if (det < 0.05f) return false;
+        const float a = (dn - c * dm) / det, b = (dm - c * dn) / det;
+        foot.point = p - n * a - m * b;
+        if ((foot.point - p).sqrnorm() > 4) return false;
+        foot.along = Vec3f(n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]);
+        foot.along /= foot.along.norm();
+        foot.onCrease = true;
+        return true;
+    }
+
+    void findFoot(int x, int y, int z, Foot& foot) const {
+        const int i = index(x, y, z);
+        const Vec3f p{float(x), float(y), float(z)};
+        const float own = own_[size_t(i)], clip = clip_[size_t(i)];
+        foot.onCrease = false;
+        const bool ownFirst = own >= clip;
+        const std::vector<float>&first = ownFirst ? own_ : clip_, &second = ownFirst ? clip_ : own_;
+        const bool landed = dropOnto(first, i, p, foot.point, foot.along);
+        if (std::min(own, clip) < -kCrease) {  // one field alone decides here
+            if (!landed) stepAcross(i, p, foot);
+            return;
+        }
+        if (landed && trilinear(second, foot.point) <= 0) return;
+        // The foot on one surface is cut away by the other.
+        Vec3f point, normal;
+        if (landed && dropOnto(second, i, p, point, normal)) {
+            const float dn = dotf(p - foot.point, foot.along), dm = dotf(p - point, normal);
+            if (phi_[size_t(i)] < 0 && trilinear(first, point) <= 0) {
+                foot.point = point, foot.along = normal;
+                return;
+            }
+            if (crease(p, dn, foot.along, dm, normal, foot)) return;
+        }
+        stepAcross(i, p, foot);
+    }
+
+    /// Where the gradient helps nothing: the crossing of an axis that comes soonest.
+    void stepAcross(int i, const Vec3f& p, Foot& foot) const {
+        const float f0 = phi_[size_t(i)];
+        const int step[3] = {dx_, dy_, 1};
         float best = 2;
+        foot.onCrease = false;
         for (int k = 0; k < 3; ++k)
             for (int sign = -1; sign <= 1; sign += 2) {
                 const float f1 = phi_[size_t(i + sign * step[k])];
@@ -184,98 +271,183 @@ class Window {
                 best = t;
                 foot.point = p;
                 foot.point[k] += float(sign) * t;
-                foot.normal = Vec3f(0, 0, 0);
-                foot.normal[k] = f0 < 0 ? float(sign) : -float(sign);
+                foot.along = Vec3f(0, 0, 0);
+                foot.along[k] = f0 < 0 ? float(sign) : -float(sign);
             }
     }
 
-    /// Offers the foot points of the last layer to the neighbours.
+    /// Offers the foot points of the last layer to the face neighbours.
     void spread() {
         next_.clear();
-        for (int i : layer_) {
-            const int x = i / (kSide * kSide), y = i / kSide % kSide, z = i % kSide;
-            const int foot = nearest_[size_t(i)];
+        for (const Place& q : layer_) {
+            const int i = index(q.x, q.y, q.z), foot = nearest_[size_t(i)];
+            queued_[size_t(i)] = 0;
             const Vec3f& p = feet_[size_t(foot)].point;
-            for (int dx = -1; dx <= 1; ++dx)
-                for (int dy = -1; dy <= 1; ++dy)
-                    for (int dz = -1; dz <= 1; ++dz) {
-                        const int nx = x + dx, ny = y + dy, nz = z + dz;
-                        if (nx < kMargin || ny < kMargin || nz < kMargin || nx >= kSide - kMargin ||
-                            ny >= kSide - kMargin || nz >= kSide - kMargin)
-                            continue;
-                        const float ex = float(nx) - p[0], ey = float(ny) - p[1], ez = float(nz) - p[2];
-                        const float d2 = ex * ex + ey * ey + ez * ez;
-                        const size_t n = size_t(index(nx, ny, nz));
-                        if (d2 >= distance2_[n] || d2 > 12.25f) continue;
-                        distance2_[n] = d2;
-                        if (nearest_[n] < 0) touch(int(n));
-                        nearest_[n] = foot;
-                        if (queued_[n]) continue;
-                        queued_[n] = 1;
-                        next_.push_back(int(n));
-                    }
+            const auto offer = [&](int x, int y, int z) {
+                const float ex = float(x) - p[0], ey = float(y) - p[1], ez = float(z) - p[2];
+                const float d2 = ex * ex + ey * ey + ez * ez;
+                const size_t n = size_t(index(x, y, z));
+                if (d2 >= distance2_[n]) return;
+                distance2_[n] = d2;
+                if (nearest_[n] < 0) touched_[size_t(block(x >> 3, y >> 3, z >> 3))] = 1;
+                nearest_[n] = foot;
+                if (queued_[n]) return;
+                queued_[n] = 1;
+                next_.push_back({int16_t(x), int16_t(y), int16_t(z)});
+            };
+            if (q.x > kMargin) offer(q.x - 1, q.y, q.z);
+            if (q.x + 1 < side_[0] - kMargin) offer(q.x + 1, q.y, q.z);
+            if (q.y > kMargin) offer(q.x, q.y - 1, q.z);
+            if (q.y + 1 < side_[1] - kMargin) offer(q.x, q.y + 1, q.z);
+            if (q.z > kMargin) offer(q.x, q.y, q.z - 1);
+            if (q.z + 1 < side_[2] - kMargin) offer(q.x, q.y, q.z + 1);
         }
         layer_.swap(next_);
-        for (int i : layer_) queued_[size_t(i)] = 0;
     }
 
-    std::vector<float> phi_;
+    float value(int x, int y, int z) const {
+        const size_t i = size_t(index(x, y, z));
+        float d = kResultBand;
+        if (nearest_[i] >= 0) {
+            const Foot& foot = feet_[size_t(nearest_[i])];
+            const Vec3f v = Vec3f(float(x), float(y), float(z)) - foot.point;
+            const float along = dotf(v, foot.along), all = v.sqrnorm();
+            // Feet sample the surface a voxel apart, or less: half of that may be taken off the way along it.
+            const float rest = foot.onCrease
+                                   ? std::max(0.f, std::abs(along) - 0.5f)
+                                   : std::max(0.f, std::sqrt(std::max(0.f, all - along * along)) - 0.5f);
+            const float across2 = foot.onCrease ? std::max(0.f, all - along * along) : along * along;
+            d = std::min(kResultBand, std::sqrt(across2 + rest * rest));
+        }
+        d = std::max(d, 1e-6f);  // zero would be no side at all
+        return phi_[i] < 0 ? -d : d;
+    }
+
+    int blocks_[3] = {}, side_[3] = {}, dx_ = 0, dy_ = 0;
+    std::vector<float> phi_, own_, clip_, distance2_;
     std::vector<int> nearest_;
-    std::vector<float> distance2_;
-    std::vector<Foot> feet_;
-    std::vector<int> layer_, next_;
     std::vector<char> queued_;
-    std::array<signed char, kSide * kSide * kSide / 512> sign_{};  // -1 inside, 1 outside, 0 mixed
-    std::array<bool, kSide * kSide * kSide / 512> touched_{};
+    std::vector<Foot> feet_;
+    std::vector<Place> layer_, next_;
+    std::vector<std::array<int, 3>> crossing_;
+    std::vector<signed char> sign_;  // -1 inside, 1 outside, 0 mixed
+    std::vector<char> touched_, used_;
+    std::vector<BlockValues> source_;
 };
 
-}  // namespace
+/// One window's work: `size` blocks from `origin`, the halo not counted.
+struct Part {
+    Coord origin;
+    std::array<int, 3> size;
+};
+
+template <class Leaf, class Values>
+std::vector<Leaf*> solvePart(const Part& part, const Values& values) {
+    static thread_local Window window;  // scratch that would else be mapped anew for every element
+    std::vector<Leaf*> made;
+    const std::array<int, 3> blocks{part.size[0] + 2, part.size[1] + 2, part.size[2] + 2};
+    if (!window.load(part.origin.offsetBy(-8), blocks, values)) return made;
+    window.solve();
+    float d[512];
+    for (int x = 1; x <= part.size[0]; ++x)
+        for (int y = 1; y <= part.size[1]; ++y)
+            for (int z = 1; z <= part.size[2]; ++z) {
+                if (!window.touched(x, y, z) || !window.read(x, y, z, d)) continue;
+                auto leaf =
+                    std::make_unique<Leaf>(part.origin.offsetBy(8 * (x - 1), 8 * (y - 1), 8 * (z - 1)), 0.f, false);
+                typename Leaf::NodeMaskType on;
+                for (openvdb::Index v = 0; v < 512; ++v)
+                    if (std::abs(d[v]) < kResultBand) on.setOn(v);
+                std::copy(d, d + 512, leaf->buffer().data());
+                leaf->setValueMask(on);
+                made.push_back(leaf.release());
+            }
+    return made;
+}
 
 template <class Tree>
-typename Tree::Ptr redistanced(const Tree& raw) {
-    using Leaf = typename Tree::LeafNodeType;
-    std::vector<Coord> bricks;
-    const auto down = [](int v) { return v & ~(kBrick - 1); };
-    for (auto leaf = raw.cbeginLeaf(); leaf; ++leaf) {
-        // The band reaches kResultBand beyond the leaf: into up to eight bricks.
-        const Coord lo = leaf->origin().offsetBy(-4), hi = leaf->origin().offsetBy(11);
-        for (int x = down(lo[0]); x <= hi[0]; x += kBrick)
-            for (int y = down(lo[1]); y <= hi[1]; y += kBrick)
-                for (int z = down(lo[2]); z <= hi[2]; z += kBrick) bricks.emplace_back(x, y, z);
-    }
-    std::sort(bricks.begin(), bricks.end());
-    bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
-
-    std::vector<std::vector<Leaf*>> made(bricks.size());
-    tbb::parallel_for(size_t(0), bricks.size(), [&](size_t b) {
-        static thread_local Window window;  // scratch: 1.4 MB that would else be mapped anew for every element
-        if (!window.load(raw, bricks[b])) return;
-        window.solve();
-        for (int bx = 0; bx < kBrick; bx += 8)
-            for (int by = 0; by < kBrick; by += 8)
-                for (int bz = 0; bz < kBrick; bz += 8) {
-                    if (!window.touched(kHalo + bx, kHalo + by, kHalo + bz)) continue;
-                    auto leaf = std::make_unique<Leaf>(bricks[b].offsetBy(bx, by, bz), kResultBand, false);
-                    bool near = false;
-                    for (openvdb::Index v = 0; v < Leaf::SIZE; ++v) {
-                        const float value = window.value(kHalo + bx + int(v >> 6), kHalo + by + int(v >> 3 & 7),
-                                                         kHalo + bz + int(v & 7));
-                        leaf->setValueOnly(v, value);
-                        const bool on = std::abs(value) < kResultBand;
-                        leaf->setActiveState(v, on);
-                        near |= on;
-                    }
-                    if (near) made[b].push_back(leaf.release());
-                }
-    });
+typename Tree::Ptr treeOf(const std::vector<std::vector<typename Tree::LeafNodeType*>>& leaves) {
     auto tree = std::make_shared<Tree>(kResultBand);
-    for (auto& leaves : made)
-        for (Leaf* leaf : leaves) tree->addLeaf(leaf);
+    for (const auto& list : leaves)
+        for (auto* leaf : list) tree->addLeaf(leaf);
     openvdb::tools::signedFloodFillWithValues(*tree, kResultBand, -kResultBand);
     return tree;
 }
 
-template WorkTree::Ptr redistanced(const WorkTree&);
-template openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree&);
+/// Windows on a fixed lattice wherever the tree has leaves.
+template <class Tree>
+typename Tree::Ptr redistancedTree(const Tree& raw) {
+    using Leaf = typename Tree::LeafNodeType;
+    constexpr int kBlocks = 8, kVoxels = 8 * kBlocks;
+    std::vector<Coord> origins;
+    const auto down = [](int v) { return v & ~(kVoxels - 1); };
+    for (auto leaf = raw.cbeginLeaf(); leaf; ++leaf) {
+        // The band reaches kResultBand beyond the leaf: into up to eight windows.
+        const Coord lo = leaf->origin().offsetBy(-4), hi = leaf->origin().offsetBy(11);
+        for (int x = down(lo[0]); x <= hi[0]; x += kVoxels)
+            for (int y = down(lo[1]); y <= hi[1]; y += kVoxels)
+                for (int z = down(lo[2]); z <= hi[2]; z += kVoxels) origins.emplace_back(x, y, z);
+        if (origins.size() > 1000000) {
+            std::sort(origins.begin(), origins.end());
+            origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+        }
+    }
+    std::sort(origins.begin(), origins.end());
+    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+    std::vector<std::vector<Leaf*>> made(origins.size());
+    tbb::parallel_for(size_t(0), origins.size(), [&](size_t k) {
+        const openvdb::tree::ValueAccessor<const Tree, false> reader(raw);
+        made[k] = solvePart<Leaf>(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, [&](const Coord& origin) {
+            BlockValues f;
+            if (const Leaf* leaf = reader.probeConstLeaf(origin))
+                f.own = leaf->buffer().data();
+            else
+                f.tile = reader.getValue(origin);
+            return f;
+        });
+    });
+    return treeOf<Tree>(made);
+}
+
+}  // namespace
+
+openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree& raw) {
+    return redistancedTree(raw);
+}
+
+WorkTree::Ptr redistanced(const WorkTree& raw) {
+    return redistancedTree(raw);
+}
+
+WorkTree::Ptr redistanced(const Region& raw) {
+    if (raw.size() == 0) return std::make_shared<WorkTree>(kResultBand);
+    // The band may leave the region's blocks by one; cut into equal parts that fit a window.
+    const Coord lo = raw.lower().offsetBy(-8), hi = raw.upper().offsetBy(8);
+    int count[3], parts[3];
+    for (int k = 0; k < 3; ++k) {
+        count[k] = (hi[k] - lo[k]) / 8 + 1;
+        parts[k] = (count[k] + kMostBlocks - 3) / (kMostBlocks - 2);
+    }
+    std::vector<Part> list;
+    const auto cut = [&](int k, int i) { return count[k] * i / parts[k]; };
+    for (int x = 0; x < parts[0]; ++x)
+        for (int y = 0; y < parts[1]; ++y)
+            for (int z = 0; z < parts[2]; ++z)
+                list.push_back({lo.offsetBy(8 * cut(0, x), 8 * cut(1, y), 8 * cut(2, z)),
+                                {cut(0, x + 1) - cut(0, x), cut(1, y + 1) - cut(1, y), cut(2, z + 1) - cut(2, z)}});
+    std::vector<std::vector<WorkLeaf*>> made(list.size());
+    tbb::parallel_for(size_t(0), list.size(), [&](size_t k) {
+        made[k] = solvePart<WorkLeaf>(list[k], [&](const Coord& origin) {
+            BlockValues f;
+            const int b = raw.at(origin);
+            if (b >= 0)
+                f.own = raw.own(b), f.clip = raw.clip(b);
+            else
+                f.tile = b == Region::kInside ? -kBand : kBand;
+            return f;
+        });
+    });
+    return treeOf<WorkTree>(made);
+}
 
 }  // namespace pavel

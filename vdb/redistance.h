@@ -3,15 +3,15 @@
 //
 // Every voxel beside the zero set finds its foot point on it along the gradient of the trilinear field; foot points
 // travel outward through the band, each voxel keeping the nearest, and the plane at the foot point mends the sampling
-// of the surface by points. Bricks of 32^3 with a halo: parallel, no storage beyond a brick, linear in the band.
-#include "pavel/vdb/grid.h"
+// of the surface by points. A region's two fields are followed one by one, and where they meet the foot point is the
+// nearest point of the crease: corners are cut off neither in nor out. Windows of some blocks: parallel, no storage
+// beyond a window, linear in the band.
+#include "pavel/vdb/region.h"
 
 namespace pavel {
 
-template <class Tree>
-typename Tree::Ptr redistanced(const Tree& raw);
-
-extern template WorkTree::Ptr redistanced(const WorkTree&);
-extern template openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree&);
+WorkTree::Ptr redistanced(const Region& raw);
+openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree& raw);
+WorkTree::Ptr redistanced(const WorkTree& raw);
 
 }  // namespace pavel

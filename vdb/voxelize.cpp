@@ -3,6 +3,7 @@
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <algorithm>
+#include <array>
 
 #include "pavel/core/error.h"
 
@@ -33,6 +34,59 @@ void markBlocks(const Vec3& centre, double radius, std::vector<Coord>& blocks) {
             }
 }
 
+/// Copies a level set's leaves, each with the first layer of the leaves after it.
+void layOut(const openvdb::FloatTree& tree, float band, CanonicalField& f) {
+    CoordBBox box;
+    tree.evalLeafBoundingBox(box);
+    f.lower = leafOrigin(box.min()).offsetBy(-8);
+    const Coord upper = leafOrigin(box.max());
+    for (int k = 0; k < 3; ++k) f.count[k] = (upper[k] - f.lower[k]) / 8 + 1;
+    f.block.assign(size_t(f.count[0]) * size_t(f.count[1]) * size_t(f.count[2]), 0);
+    f.values.assign(2 * CanonicalField::kCorners, band);
+    std::fill(f.values.begin() + CanonicalField::kCorners, f.values.end(), -band);
+    const BaseReader reader(tree);
+    size_t cell = 0;
+    for (int x = 0; x < f.count[0]; ++x)
+        for (int y = 0; y < f.count[1]; ++y)
+            for (int z = 0; z < f.count[2]; ++z, ++cell) {
+                const Coord origin = f.lower.offsetBy(8 * x, 8 * y, 8 * z);
+                bool any = false;
+                for (int n = 0; n < 8 && !any; ++n)
+                    any = reader.probeConstLeaf(origin.offsetBy(n & 4 ? 8 : 0, n & 2 ? 8 : 0, n & 1 ? 8 : 0));
+                if (!any) {
+                    f.block[cell] = reader.getValue(origin) < 0 ? 1 : 0;
+                    continue;
+                }
+                f.block[cell] = int(f.values.size() / CanonicalField::kCorners);
+                f.origins.push_back(origin);
+                for (int i = 0; i < 9; ++i)
+                    for (int j = 0; j < 9; ++j)
+                        for (int k = 0; k < 9; ++k) f.values.push_back(reader.getValue(origin.offsetBy(i, j, k)));
+            }
+}
+
+/// Eight trilinear samples on a line; p in canonical voxels from `lower`.
+void sampleRow(const CanonicalField& f, std::array<float, 3> p, const float step[3], float* out) {
+    for (int n = 0; n < 8; ++n) {
+        const float x = p[0] + float(n) * step[0], y = p[1] + float(n) * step[1], z = p[2] + float(n) * step[2];
+        const int ix = int(std::floor(x)), iy = int(std::floor(y)), iz = int(std::floor(z));
+        const int bx = ix >> 3, by = iy >> 3, bz = iz >> 3;
+        if (unsigned(bx) >= unsigned(f.count[0]) || unsigned(by) >= unsigned(f.count[1]) ||
+            unsigned(bz) >= unsigned(f.count[2])) {
+            out[n] = f.values[0];
+            continue;
+        }
+        const int block = f.block[size_t((bx * f.count[1] + by) * f.count[2] + bz)];
+        const float* c = &f.values[size_t(block) * CanonicalField::kCorners +
+                                   size_t((ix & 7) * 81 + (iy & 7) * 9 + (iz & 7))];
+        const float u = x - float(ix), v = y - float(iy), w = z - float(iz);
+        const float a = c[0] + (c[1] - c[0]) * w, b = c[9] + (c[10] - c[9]) * w, d = c[81] + (c[82] - c[81]) * w,
+                    e = c[90] + (c[91] - c[90]) * w;
+        const float g = a + (b - a) * v, h = d + (e - d) * v;
+        out[n] = g + (h - g) * u;
+    }
+}
+
 }  // namespace
 
 openvdb::FloatGrid::Ptr meshToLevelSet(const TriangleMesh& mesh, double voxelSize, float halfWidth) {
@@ -54,47 +108,50 @@ CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, do
     f.voxelSize = 0.8 * voxelSize / scaleMax;
     // The band must still reach kBand voxels of the scene under the smallest scale, a cell's diagonal included.
     const float band = float(std::ceil((kBand + 0.5) * voxelSize / scaleMin / f.voxelSize)) + 2;
-    f.grid = meshToLevelSet(mesh, f.voxelSize, band);
-    if (f.grid->activeVoxelCount() == 0) throw RunError("an element's mesh left no voxels");
+    const openvdb::FloatGrid::Ptr grid = meshToLevelSet(mesh, f.voxelSize, band);
+    if (grid->activeVoxelCount() == 0) throw RunError("an element's mesh left no voxels");
     f.centroid = solidCentroid(mesh);
     f.bounds = meshBounds(mesh);
+    layOut(grid->tree(), band, f);
     return f;
 }
 
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement) {
     const double toIndex = field.voxelSize * indexFromElement.scale;  // canonical voxels -> voxels
     std::vector<Coord> blocks;
-    for (auto leaf = field.grid->tree().cbeginLeaf(); leaf; ++leaf) {
-        const Vec3 centre = (centreOf(leaf->origin()) + Vec3(3.5, 3.5, 3.5)) * field.voxelSize;
+    for (const Coord& origin : field.origins) {
+        const Vec3 centre = (centreOf(origin) + Vec3(3.5, 3.5, 3.5)) * field.voxelSize;
         markBlocks(indexFromElement.apply(centre), 3.5 * std::sqrt(3.0) * toIndex, blocks);
     }
     std::sort(blocks.begin(), blocks.end());
     blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
 
     auto tree = std::make_shared<WorkTree>(kBand);
-    const BaseReader reader(field.grid->tree());
     // canonical = origin + step * (i, j, k): the inverse placement is linear
     const double inv = 1 / toIndex;
     const Vec3 dx = Vec3(indexFromElement.x[0], indexFromElement.y[0], indexFromElement.z[0]) * inv,
-               dy = Vec3(indexFromElement.x[1], indexFromElement.y[1], indexFromElement.z[1]) * inv,
-               dz = Vec3(indexFromElement.x[2], indexFromElement.y[2], indexFromElement.z[2]) * inv;
+               dy = Vec3(indexFromElement.x[1], indexFromElement.y[1], indexFromElement.z[1]) * inv;
+    const float dz[3] = {float(indexFromElement.x[2] * inv), float(indexFromElement.y[2] * inv),
+                         float(indexFromElement.z[2] * inv)};
+    const float scale = float(toIndex);
     float values[WorkLeaf::SIZE];
     for (const Coord& origin : blocks) {
-        const Vec3 start = indexFromElement.applyInverse(centreOf(origin)) / field.voxelSize;
-        bool near = false;
-        int n = 0;
+        const Vec3 start = indexFromElement.applyInverse(centreOf(origin)) / field.voxelSize - centreOf(field.lower);
+        float* out = values;
         for (int i = 0; i < 8; ++i)
             for (int j = 0; j < 8; ++j) {
-                Vec3 p = start + double(i) * dx + double(j) * dy;
-                for (int k = 0; k < 8; ++k, p += dz) {
-                    const float v = std::clamp(float(sampleAt(reader, p) * toIndex), -kBand, kBand);
-                    near |= std::abs(v) < kBand;
-                    values[n++] = v;
-                }
+                const Vec3 p = start + double(i) * dx + double(j) * dy;
+                sampleRow(field, {float(p[0]), float(p[1]), float(p[2])}, dz, out);
+                out += 8;
             }
+        bool near = false;
+        for (float& v : values) {
+            v = std::clamp(v * scale, -kBand, kBand);
+            near |= std::abs(v) < kBand;
+        }
         if (!near) continue;
         WorkLeaf* leaf = tree->touchLeaf(origin);
-        for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) leaf->setValueOnly(v, values[v]);
+        std::copy(values, values + WorkLeaf::SIZE, leaf->buffer().data());
         leaf->setValuesOn();  // the flood fill below must not touch a sign
     }
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);

@@ -6,12 +6,18 @@
 
 namespace pavel {
 
-/// Signed distance of an element's mesh in its own frame, on a grid of its own.
+/// Signed distance of an element's mesh in its own frame, on a grid of its own, laid out for fast sampling: blocks of
+/// 8^3 cells with all their corners.
 struct CanonicalField {
-    openvdb::FloatGrid::Ptr grid;  ///< values in canonical voxels
-    double voxelSize = 1;          ///< of the canonical grid, in scene units
-    Vec3 centroid{0, 0, 0};        ///< of the solid, element frame
-    Bounds bounds;                 ///< element frame
+    static constexpr int kCorners = 9 * 9 * 9;
+    double voxelSize = 1;        ///< of the canonical grid, in scene units
+    Vec3 centroid{0, 0, 0};      ///< of the solid, element frame
+    Bounds bounds;               ///< element frame
+    Coord lower;                 ///< canonical index of the first block's first voxel
+    int count[3] = {0, 0, 0};    ///< blocks
+    std::vector<int> block;      ///< number of the values' block; 0: outside, 1: inside
+    std::vector<float> values;   ///< kCorners for each block, in canonical voxels, x slowest
+    std::vector<Coord> origins;  ///< of the blocks that hold surface, canonical index
 };
 
 /// @param voxelSize h of the scene; scaleMin, scaleMax: over the placements of this mesh

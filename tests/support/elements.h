@@ -30,15 +30,8 @@ inline std::vector<WorkElement> elementsAt(const TriangleMesh& mesh, const std::
 
 /// Neighbours, bodies and contacts of all.
 inline void resolve(std::vector<WorkElement>& elements, const openvdb::FloatTree* base = nullptr) {
-    findNeighbours(elements);
-    for (WorkElement& e : elements) {
-        trimElement(e, elements, base);
-        const InsideMeasure m = measureInside(*e.body);
-        e.bodyVolume = m.volume;
-        e.bodyVoxels = m.voxels;
-    }
-    for (WorkElement& e : elements)
-        if (e.bodyVoxels) findContacts(e, elements, base);
+    const RunContext context;
+    resolveOverlap(elements, base, context);
 }
 
 inline double ballVolume(double r) {

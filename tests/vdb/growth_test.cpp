@@ -1,6 +1,7 @@
 #include "pavel/vdb/grow.h"
 
 #include "pavel/vdb/redistance.h"
+#include "pavel/vdb/region_builder.h"
 #include "support/elements.h"
 
 namespace pavel {
@@ -47,7 +48,8 @@ Pair grownPair(double distance, Material material) {
     RunContext context;
     p.growth->march(context);
     p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, context);
-    for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(*p.growth->region(i)));
+    const RegionBuilder builder(p.elements, nullptr, p.growth->fronts(), 1);
+    for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)));
     return p;
 }
 

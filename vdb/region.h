@@ -1,0 +1,58 @@
+#pragma once
+// The region of one element, raw, block by block: right where it changes sign, not a distance farther out.
+//
+//   region = max(own, clip)
+// own:  the element as placed, joined with what its front grew: free surface
+// clip: what others hold: bisectors, faces between fronts, foreign bodies, base
+// The two are kept apart because each is smooth; the crease where they meet is known to a fraction of a voxel only as
+// long as they are not mixed.
+#include <vector>
+
+#include "pavel/vdb/measure.h"
+#include "pavel/vdb/pieces.h"
+
+namespace pavel {
+
+class Region {
+  public:
+    static constexpr int kOutside = -1, kInside = -2;
+
+    /// @param box voxels that blocks may cover
+    explicit Region(const CoordBBox& box);
+    /// Adds a block; the origins must differ. Returns its number.
+    int add(const Coord& origin, const float* own, const float* clip, const float* slope);
+    /// A block without surface that is filled.
+    void fill(const Coord& origin);
+    /// Number of the block at a leaf origin, or kOutside, kInside.
+    int at(const Coord& origin) const;
+
+    size_t size() const { return origins_.size(); }
+    const Coord& origin(int block) const { return origins_[size_t(block)]; }
+    const float* own(int block) const { return &own_[size_t(block) * 512]; }
+    const float* clip(int block) const { return &clip_[size_t(block) * 512]; }
+    /// Leaf origins of the first and last blocks that may exist.
+    const Coord& lower() const { return lower_; }
+    Coord upper() const { return lower_ + Coord(8 * (count_[0] - 1), 8 * (count_[1] - 1), 8 * (count_[2] - 1)); }
+
+    /// Voxels that do not belong to the largest piece leave the region.
+    void dropStrays();
+    /// Volume when the stop time is later by `later`; `slope`, the speed, tells how own falls.
+    InsideMeasure measure(double later) const;
+    /// Moves own on to the later stop time.
+    void advance(double later);
+    /// Voxels of the free front and the sum of their slopes: dV/dT.
+    void frontArea(double& voxels, double& slopes) const;
+    /// Blocks of the values of a leaf with the face neighbours of max(own, clip).
+    void values(int block, double later, float* out) const;
+
+  private:
+    int cell(const Coord& origin) const;
+    Coord lower_;
+    int count_[3];
+    std::vector<int> cells_;  // number of the block, kOutside or kInside
+    std::vector<Coord> origins_;
+    std::vector<float> own_, clip_, slope_;
+    uint64_t filled_ = 0;
+};
+
+}  // namespace pavel
