@@ -1,6 +1,5 @@
 #include "pavel/vdb/fuse.h"
 
-#include <openvdb/tree/LeafManager.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -52,15 +51,30 @@ class BlockReader {
     BaseReader reader_;
 };
 
-/// Minimum over all elements in one block, unclipped by each other.
+/// Minimum of two distances with a fillet in the crease between them, a quarter of the blend deep: slits thinner than a
+/// voxel, which no grid or printer can show, are filled instead of leaving a row of beads.
+float blendedMin(float a, float b) {
+    constexpr float kBlend = 2.5f;
+    const float h = std::max(0.f, kBlend - std::abs(a - b));
+    return std::min(a, b) - h * h / (4 * kBlend);
+}
+
+/// Union of all elements in one block, unclipped by each other.
 void unionValues(const RegionBuilder& builder, const std::vector<WorkTree::Ptr>& elements, const Coord& origin,
                  float* values) {
+    float second[512];
     std::fill(values, values + 512, kBand);
+    std::fill(second, second + 512, kBand);
     OwnField field;
     for (int i : builder.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
         if (!elements[size_t(i)] || !builder.load(i, origin, field)) continue;
-        for (int v = 0; v < 512; ++v) values[v] = std::min(values[v], std::max(-kBand, field.own(v)));
+        for (int v = 0; v < 512; ++v) {
+            const float own = field.own(v);
+            second[v] = std::min(second[v], std::max(values[v], own));
+            values[v] = std::min(values[v], own);
+        }
     }
+    for (int v = 0; v < 512; ++v) values[v] = std::clamp(blendedMin(values[v], second[v]), -kBand, kBand);
 }
 
 /// All voxels go active, so that a later flood fill takes every sign as it stands.
@@ -86,24 +100,6 @@ openvdb::FloatTree::Ptr unionTree(const RegionBuilder& builder, const std::vecto
     return tree;
 }
 
-void offset(openvdb::FloatTree& tree, float by) {
-    openvdb::tree::LeafManager<openvdb::FloatTree> leaves(tree);
-    leaves.foreach ([by](openvdb::FloatTree::LeafNodeType& leaf, size_t) {
-        for (openvdb::Index v = 0; v < 512; ++v) leaf.setValueOnly(v, leaf.getValue(v) + by);
-    });
-}
-
-/// Morphological closing by three quarters of a voxel: slits between neighbours that are thinner than that, which no
-/// grid or printer can show, are filled instead of leaving a row of pits and specks; everything else keeps its place.
-openvdb::FloatTree::Ptr closed(const openvdb::FloatTree& raw) {
-    constexpr float kRadius = 0.75f;
-    openvdb::FloatTree::Ptr tree = redistanced(raw);
-    offset(*tree, -kRadius);
-    tree = redistanced(*tree);
-    offset(*tree, kRadius);
-    return tree;
-}
-
 /// Sets f(union, base) wherever the union has values.
 template <class F>
 void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base,
@@ -122,16 +118,14 @@ void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base,
 }  // namespace
 
 void fuse(const RegionBuilder& builder, bool withSolid, PackedGrids& grids) {
-    openvdb::FloatTree::Ptr all = unionTree(builder, grids.elements);
+    const openvdb::FloatTree::Ptr all = unionTree(builder, grids.elements);
     if (withSolid) {
         openvdb::FloatTree solid(*grids.base);
-        combine(*all, *grids.base, solid, [](float u, float b) { return std::min(u, b); });
-        grids.solid = closed(solid);
+        combine(*all, *grids.base, solid, blendedMin);
+        grids.solid = redistanced(solid);
     }
-    all = closed(*all);
     openvdb::FloatTree outside(kBand);
     combine(*all, *grids.base, outside, [](float u, float b) { return std::max(u, -b); });
-    all.reset();
     grids.surface = redistanced(outside);
 }
 
