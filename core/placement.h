@@ -16,7 +16,6 @@ struct ElementKind {
     double weight = 1;
     double sink = 0;            ///< depth of the origin below the surface
     double footprint = 0;       ///< area of the projection along +z
-    double diagonal = 0;        ///< of the bounding box: the unit of the material's a and b
     Vec3 color{0.8, 0.8, 0.8};  ///< sRGB in [0, 1]
 };
 

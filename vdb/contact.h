@@ -7,8 +7,8 @@
 
 namespace pavel {
 
-/// The rim of the surface that an element shares with each neighbour (or, touching none, with the base), as short straight
-/// pieces, and a smooth distance to it.
+/// The rim of the surface that an element shares with each neighbour (or, touching none, with the base), as short
+/// straight pieces, and a smooth distance to it.
 ///
 /// d = (sum_j d_j^-p)^(-1/p) over the distances d_j to each neighbour's rim, p = 4. The plain minimum over j has ridges
 /// where two contacts are equally far, and growth copies them into the crown as a star of creases; this one is zero on

@@ -14,13 +14,13 @@ struct WorkElement {
     int id = 0;  ///< 1..n; elements lie in a vector at id - 1
     int kind = 0;
     Frame indexFromElement;
-    Vec3 centre{0, 0, 0};         ///< centroid of the placed volume
-    double size = 0;              ///< diagonal of the bounding box in the element's own frame: the unit of a and b
-    CoordBBox box;                ///< of the placed level set, its band included
-    WorkTree::Ptr placed;         ///< level set as placed
-    WorkTree::Ptr body;           ///< trimmed: what is left after neighbours and base took their share
-    std::vector<int> neighbours;  ///< indices of elements whose boxes meet, ascending
-    std::vector<int> contacts;    ///< indices of those that it shares a contact surface with
+    Vec3 centre{0, 0, 0};             ///< centroid of the placed volume
+    double size = 0;                  ///< diagonal of the bounding box in the element's own frame: the unit of a and b
+    CoordBBox box;                    ///< of the placed level set, its band included
+    WorkTree::Ptr placed;             ///< level set as placed
+    WorkTree::Ptr body;               ///< trimmed: what is left after neighbours and base took their share
+    std::vector<int> neighbours;      ///< indices of elements whose boxes meet, ascending
+    std::vector<int> contacts;        ///< indices of those that it shares a contact surface with
     std::vector<MaskedBlock> strays;  ///< pieces that the trim cut off, erased from `placed`
     double placedVolume = 0, bodyVolume = 0;
     uint64_t placedVoxels = 0, bodyVoxels = 0;

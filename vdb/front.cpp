@@ -123,7 +123,7 @@ double Front::innerScale(GrowthBlock& block, int v) const {
     return count ? sum / count : 0;
 }
 
-void Front::extendIntoBody() {
+void Front::finish() {
     for (GrowthBlock& block : blocks)
         for (int v = 0; v < 512; ++v)
             if (block.state[v] == kBody) block.scale[v] = 0;
@@ -175,13 +175,13 @@ void Front::start() {
                 const double wedge = wedgeArrival(*block, v);
                 push(block, v, wedge < kNever ? wedge : std::max(0.f, phi) / speed);
             } else
-                dormant_.push_back(uint32_t(block->number) * 512 + uint32_t(v));
+                dormant_ = true;
         }
     }
 }
 
-/// Godunov's upwind solution of |grad T| = 1 / speed from the accepted neighbours, each not before `atLeast`.
-double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts, double atLeast) const {
+/// Godunov's upwind solution of |grad T| = 1 / speed from the accepted neighbours.
+double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const {
     double t[3];
     int count = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -195,7 +195,7 @@ double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts, 
         }
         if (best >= kNever) continue;
         int k = count++;  // insertion sort
-        for (best = std::max(best, atLeast); k > 0 && t[k - 1] > best; --k) t[k] = t[k - 1];
+        for (; k > 0 && t[k - 1] > best; --k) t[k] = t[k - 1];
         t[k] = best;
     }
     if (count == 0) return kNever;
@@ -251,12 +251,12 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
         if (other->state[n] != kFar && other->state[n] != kTrial) continue;
         const double speed = speedOf(other, n);
         if (speed <= 0) {
-            dormant_.push_back(uint32_t(other->number) * 512 + uint32_t(n));
+            dormant_ = true;
             continue;
         }
-        double t = arrival(other, n, speed, false, 0);
+        double t = arrival(other, n, speed, false);
         if (t >= kNever) {
-            t = arrival(other, n, speed, true, 0);
+            t = arrival(other, n, speed, true);
             if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
         }
         if (t < kNever) push(other, n, std::min(t, wedgeArrival(*other, n)));
@@ -271,7 +271,10 @@ void Front::march(double until, const std::vector<float>& stopTimes, bool claimi
         heap_.pop_back();
         GrowthBlock* block = &blocks[next.voxel / 512];
         const int v = int(next.voxel % 512);
-        if (block->state[v] == kTrial && block->time[v] == next.time) accept(block, v, stopTimes, claiming);
+        if (block->state[v] != kTrial || block->time[v] != next.time) continue;
+        accept(block, v, stopTimes, claiming);
+        if (claiming) lastArrival = next.time;
+        speedKnown_ = false;
     }
 }
 
@@ -320,60 +323,39 @@ double Front::nextArrival() const {
     return heap_.empty() ? std::numeric_limits<double>::infinity() : double(heap_.front().time);
 }
 
-double Front::frontSpeed() const {
+double Front::frontSpeed() {
+    if (speedKnown_) return speed_;
     double most = 0;
     for (const Arrival& h : heap_) {
         const GrowthBlock& block = blocks[h.voxel / 512];
         if (block.state[h.voxel % 512] == kTrial && block.time[h.voxel % 512] == h.time)
             most = std::max(most, speedAt(block, int(h.voxel % 512)));
     }
-    return most;
+    speedKnown_ = true;
+    return speed_ = most;
 }
 
-bool Front::widen(double now) {
-    constexpr double kStepFactor = 1.15, kLimit = 3;
+bool Front::widen() {
+    constexpr double kStepFactor = 1.3, kLimit = 2;
     if (b * kStepFactor > kLimit) return false;
-    const double before = b;
     b *= kStepFactor;
     for (GrowthBlock& block : blocks)
-        for (int v = 0; v < 512; ++v)
+        for (int v = 0; v < 512; ++v) {
+            if (block.state[v] == kBody) continue;
+            std::atomic<Claim>& slot = block.claims->claims[v];
+            if (claimOwner(slot.load(std::memory_order_relaxed)) == element.id)
+                slot.store(kFree, std::memory_order_relaxed);
+            block.state[v] = kFar;
+            block.time[v] = kNever;
             if (block.contact[v] >= 0) block.scale[v] = float(scaleFor(block.contact[v]));
-    std::vector<uint32_t> waiting;
-    waiting.swap(dormant_);
-    for (const Arrival& h : heap_) waiting.push_back(h.voxel);
+        }
     heap_.clear();
-    std::sort(waiting.begin(), waiting.end());
-    waiting.erase(std::unique(waiting.begin(), waiting.end()), waiting.end());
-    for (uint32_t w : waiting) {
-        GrowthBlock* block = &blocks[w / 512];
-        const int v = int(w % 512);
-        if (block->state[v] != kFar && block->state[v] != kTrial) continue;
-        const double speed = speedOf(block, v);
-        const double oldSpeed = weight * recoveryFunction(block->contact[v] / element.size, a, before);
-        const double waited = block->state[v] == kTrial ? block->time[v] : kNever;
-        block->state[v] = kFar;
-        block->time[v] = kNever;
-        if (waited < kNever &&
-            oldSpeed > 0) {  // what is left of its way, at the new speed: the front stays where it is
-            push(block, v, now + std::max(0.0, waited - now) * oldSpeed / speed);
-            continue;
-        }
-        if (speed <= 0) {
-            dormant_.push_back(w);
-            continue;
-        }
-        double t = arrival(block, v, speed, false, now);
-        for (int side = 0; side < 6; ++side) {
-            int n;
-            const GrowthBlock* other = step(block, v, side, n);
-            if (!other || other->state[n] != kBody) continue;
-            t = std::min(t, now + std::max(0.f, block->bodyAt(v)) / speed);
-        }
-        if (t < kNever)
-            push(block, v, t);
-        else
-            dormant_.push_back(w);
-    }
+    speedKnown_ = false;
+    dormant_ = false;
+    claimed_.clear();
+    grown = 0;
+    lastArrival = 0;
+    start();
     return true;
 }
 

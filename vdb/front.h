@@ -46,13 +46,16 @@ class Front {
     /// The next arrival that waits, or infinity.
     double nextArrival() const;
     /// Largest speed on the waiting front.
-    double frontSpeed() const;
-    /// Widens b by a step, the clock running on from `now`. False when the limit is reached.
-    bool widen(double now);
+    double frontSpeed();
+    /// Starts anew with b a step wider: pieces of time marched at several speeds would leave a craggy surface. Where it
+    /// comes earlier than another now, the other loses ground. False when the limit is reached.
+    bool widen();
+    /// Does any free voxel wait for a wider b?
+    bool couldWiden() const { return dormant_ || !heap_.empty(); }
 
-    /// Runs the front backwards into two layers of the body, so that fields of time and scale are smooth across the
-    /// body's surface. To be called when marching has ended.
-    void extendIntoBody();
+    /// Runs the front backwards into two layers of the body, so that times and scales are smooth across the body's
+    /// surface. To be called when marching has ended.
+    void finish();
     /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
     /// away from the rim.
     double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim) const;
@@ -69,6 +72,7 @@ class Front {
     double a, b, weight;
     double grown = 0;  ///< voxels won so far
     float stopTime = std::numeric_limits<float>::infinity();
+    float lastArrival = 0;   ///< of what was marched so far
     bool stopped = false;    ///< has its volume back, or
     bool exhausted = false;  ///< has no room left
     double firstB = 0;       ///< b before it was widened
@@ -85,7 +89,7 @@ class Front {
     };
     GrowthBlock* make(const Coord& origin);
     GrowthBlock* stepOrMake(GrowthBlock* block, int v, int side, int& n);
-    double arrival(GrowthBlock* block, int v, double speed, bool withGhosts, double atLeast) const;
+    double arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const;
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;
     double innerScale(GrowthBlock& block, int v) const;
@@ -96,8 +100,10 @@ class Front {
     ClaimMap& claims_;
     std::unordered_map<Coord, GrowthBlock*, Hash> map_;
     std::vector<Arrival> heap_;
-    std::vector<uint32_t> dormant_;  // touched while their speed was zero
-    std::vector<Arrival> claimed_;   // in the last round
+    double speed_ = 0;  // of the waiting front, where it is known
+    bool speedKnown_ = false;
+    bool dormant_ = false;          // touched free voxels where the speed is zero
+    std::vector<Arrival> claimed_;  // in the last round
 };
 
 }  // namespace pavel

@@ -91,9 +91,8 @@ openvdb::FloatTree::Ptr unionTree(const RegionBuilder& builder, const std::vecto
     std::vector<float> values(kChunk * 512);
     for (size_t first = 0; first < origins.size(); first += kChunk) {
         const size_t count = std::min(kChunk, origins.size() - first);
-        tbb::parallel_for(size_t(0), count, [&](size_t k) {
-            unionValues(builder, elements, origins[first + k], &values[k * 512]);
-        });
+        tbb::parallel_for(size_t(0), count,
+                          [&](size_t k) { unionValues(builder, elements, origins[first + k], &values[k * 512]); });
         for (size_t k = 0; k < count; ++k) setLeaf(*tree, origins[first + k], &values[k * 512]);
     }
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
@@ -102,8 +101,7 @@ openvdb::FloatTree::Ptr unionTree(const RegionBuilder& builder, const std::vecto
 
 /// Sets f(union, base) wherever the union has values.
 template <class F>
-void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base,
-             openvdb::FloatTree& out, F f) {
+void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base, openvdb::FloatTree& out, F f) {
     const BlockReader above(all), below(base);
     for (const Coord& origin : combinedOrigins(all, base)) {
         float u[512], b[512];

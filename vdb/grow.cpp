@@ -19,10 +19,7 @@ constexpr double kStuckShare = 0.01;
 
 Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
                const std::vector<Material>& materials)
-    : elements_(elements),
-      base_(base),
-      claims_(elements, base),
-      fronts_(elements.size()) {
+    : elements_(elements), base_(base), claims_(elements, base), fronts_(elements.size()) {
     double most = 0;
     for (const WorkElement& e : elements)
         if (e.bodyVoxels) most = std::max(most, e.lost() / e.placedVolume);
@@ -52,7 +49,7 @@ void Growth::march(const RunContext& context) {
         // Fronts that are stuck get more room; those that have none left end here.
         tbb::parallel_for(size_t(0), active.size(), [&](size_t i) {
             Front& f = *active[i];
-            while (f.frontSpeed() < kStuckShare * f.weight && !f.exhausted) f.exhausted = !f.widen(now);
+            if (f.frontSpeed() < kStuckShare * f.weight) f.exhausted = !f.couldWiden() || !f.widen();
             if (f.nextArrival() == kInfinity) f.exhausted = true;
             speeds[i] = f.frontSpeed();
             arrivals[i] = f.nextArrival();
@@ -65,17 +62,22 @@ void Growth::march(const RunContext& context) {
         }
         if (first < kInfinity) {
             const double window = kRoundVoxels / speed;
-            now = std::max(now, first) + window;
+            now = first + window;  // back to the start, where a front started anew
             each(active, [&](Front& f) { f.march(now, stopTimes, true); });
             each(active, [](Front& f) { f.commit(); });
             each(active, [](Front& f) { f.settle(); });
             each(active, [](Front& f) {
-                if (f.stopped) f.release();
+                if (!f.stopped) return;
+                // One that just made it has a steep, ragged last layer and no room to settle its stop time in.
+                if (f.frontSpeed() < 5 * kStuckShare * f.weight && f.couldWiden() && f.widen())
+                    f.stopped = false;
+                else
+                    f.release();
             });
         }
         std::vector<Front*> ended, next;
         for (Front* f : active) {
-            if (f->exhausted && !f->stopped) f->stopTime = float(now);
+            if (f->exhausted && !f->stopped) f->stopTime = f->lastArrival;
             if (f->stopped || f->exhausted) {
                 stopTimes[size_t(f->element.id)] = f->stopTime;
                 ended.push_back(f);
@@ -131,7 +133,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, const RunContext
         tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k]); });
     };
     open = all;
-    each(open, [&](int i) { fronts_[size_t(i)]->extendIntoBody(); });
+    each(open, [&](int i) { fronts_[size_t(i)]->finish(); });
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
         context.progress("growth", 0.6 + 0.2 * std::min(1.0, double(round) / kRounds));
         const RegionBuilder builder(elements_, base_, fronts_, 1);
@@ -147,15 +149,15 @@ void Growth::solveStopTimes(const std::vector<double>& targets, const RunContext
             moved[size_t(i)] = std::abs(s.later) > kStill * s.reach;
             goesOn[size_t(i)] = moved[size_t(i)] || (s.missing > kClose * targets[size_t(i)] && !f.exhausted);
         }
-        // Times must be known for three voxels past the stop; a front that has run dry gets a wider b.
+        // Times must be known for three voxels past the stop. A front may have run dry by its neighbours' late moves.
         each(open, [&](int i) {
             Front& f = *fronts_[size_t(i)];
             const StopShift& s = shifts[size_t(i)];
-            const bool dry = s.missing > kClose * targets[size_t(i)] && !f.exhausted &&
-                             f.frontSpeed() < kStuckShare * f.weight;
-            if (round + 1 >= kRounds && dry) f.exhausted = !f.widen(f.stopTime);
+            const bool dry =
+                s.missing > kClose * targets[size_t(i)] && !f.exhausted && f.frontSpeed() < kStuckShare * f.weight;
+            if (round + 1 >= kRounds && dry) f.exhausted = true;
             f.march(f.stopTime + 3 * (s.reach > 0 ? s.reach : 1 / f.weight), stopTimes, false);
-            f.extendIntoBody();
+            f.finish();
         });
         if (round + 1 < kRounds) continue;
         open.clear();

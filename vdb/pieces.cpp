@@ -30,7 +30,7 @@ BlockMask negativeMask(const float* values) {
 
 std::vector<MaskedBlock> straysOf(const std::vector<MaskedBlock>& blocks) {
     std::vector<Run> runs;
-    std::vector<std::array<int, 65>> rowStart;      // of each block, runs before a row
+    std::vector<std::array<int, 65>> rowStart;  // of each block, runs before a row
     std::unordered_map<Coord, int, CoordHash> numbers;
     rowStart.resize(blocks.size());
     for (size_t b = 0; b < blocks.size(); ++b) {

@@ -313,9 +313,8 @@ class Window {
             const Vec3f v = Vec3f(float(x), float(y), float(z)) - foot.point;
             const float along = dotf(v, foot.along), all = v.sqrnorm();
             // Feet sample the surface a voxel apart, or less: half of that may be taken off the way along it.
-            const float rest = foot.onCrease
-                                   ? std::max(0.f, std::abs(along) - 0.5f)
-                                   : std::max(0.f, std::sqrt(std::max(0.f, all - along * along)) - 0.5f);
+            const float rest = foot.onCrease ? std::max(0.f, std::abs(along) - 0.5f)
+                                             : std::max(0.f, std::sqrt(std::max(0.f, all - along * along)) - 0.5f);
             const float across2 = foot.onCrease ? std::max(0.f, all - along * along) : along * along;
             d = std::min(kResultBand, std::sqrt(across2 + rest * rest));
         }

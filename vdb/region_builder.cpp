@@ -117,8 +117,7 @@ void RegionBuilder::interpolate(const Front& front, const Coord& origin, OwnFiel
         const WorkLeaf* leaf = placed.probeConstLeaf(at);
         const float tile = leaf ? 0 : placed.getValue(at);
         Coord from, to;
-        for (int k = 0; k < 3; ++k)
-            from[k] = std::max(lo[k], at[k]), to[k] = std::min(lo[k] + n, at[k] + 8);
+        for (int k = 0; k < 3; ++k) from[k] = std::max(lo[k], at[k]), to[k] = std::min(lo[k] + n, at[k] + 8);
         for (int x = from[0]; x < to[0]; ++x)
             for (int y = from[1]; y < to[1]; ++y)
                 for (int z = from[2]; z < to[2]; ++z) {
@@ -193,8 +192,7 @@ void RegionBuilder::clipBy(int i, int j, const Coord& origin, const OwnField& a,
         const bool inA = a.phi[v] < 0, inB = b.phi[v] < 0;
         float taken;
         if (inA && inB) {
-            taken = std::min(-b.phi[v],
-                             float(g(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))))));
+            taken = std::min(-b.phi[v], float(g(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))))));
         } else if (scaleB > 0) {
             taken = inA ? -kBand : -std::min(b.phi[v], b.way[v]);
             if (scaleA > 0) {
@@ -273,9 +271,7 @@ Region RegionBuilder::refine(int i, const Region& coarse) const {
     for (size_t b = 0; b < coarse.size(); ++b) coarse.values(int(b), 0, &all[b * 512]);
     const auto valueAt = [&](const Coord& c) {
         const int b = coarse.at(leafOrigin(c));
-        return b >= 0                   ? all[size_t(b) * 512 + WorkLeaf::coordToOffset(c)]
-               : b == Region::kInside ? -kBand
-                                        : kBand;
+        return b >= 0 ? all[size_t(b) * 512 + WorkLeaf::coordToOffset(c)] : b == Region::kInside ? -kBand : kBand;
     };
     forEachBlock(CoordBBox(coarse.lower(), coarse.upper()), [&](const Coord& leaf) {
         const int b = coarse.at(leaf);
@@ -283,8 +279,7 @@ Region RegionBuilder::refine(int i, const Region& coarse) const {
         for (int x = 0; x < 8; x += m)
             for (int y = 0; y < 8; y += m)
                 for (int z = 0; z < 8; z += m) {
-                    const Coord lo = leaf.offsetBy(x, y, z),
-                                origin(lo[0] * factor_, lo[1] * factor_, lo[2] * factor_);
+                    const Coord lo = leaf.offsetBy(x, y, z), origin(lo[0] * factor_, lo[1] * factor_, lo[2] * factor_);
                     if (b == Region::kInside) {
                         region.fill(origin);
                         continue;

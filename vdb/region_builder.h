@@ -7,9 +7,9 @@ namespace pavel {
 
 /// What one element would hold in one block if it were alone there. Voxels of the builder's grid.
 struct OwnField {
-    float phi[512];    ///< distance to the placed surface
-    float way[512];    ///< distance-like: scale * (arrival - stop time); negative where the front came in time
-    float scale[512];  ///< voxels per unit of time; 0 where the front does not go and `way` means nothing
+    float phi[512];      ///< distance to the placed surface
+    float way[512];      ///< distance-like: scale * (arrival - stop time); negative where the front came in time
+    float scale[512];    ///< voxels per unit of time; 0 where the front does not go and `way` means nothing
     bool grown = false;  ///< false: no front here, `way` and `scale` are not set
     float own(int v) const { return grown && scale[v] > 0 ? std::min(phi[v], way[v]) : phi[v]; }
 };

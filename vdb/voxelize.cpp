@@ -77,8 +77,8 @@ void sampleRow(const CanonicalField& f, std::array<float, 3> p, const float step
             continue;
         }
         const int block = f.block[size_t((bx * f.count[1] + by) * f.count[2] + bz)];
-        const float* c = &f.values[size_t(block) * CanonicalField::kCorners +
-                                   size_t((ix & 7) * 81 + (iy & 7) * 9 + (iz & 7))];
+        const float* c =
+            &f.values[size_t(block) * CanonicalField::kCorners + size_t((ix & 7) * 81 + (iy & 7) * 9 + (iz & 7))];
         const float u = x - float(ix), v = y - float(iy), w = z - float(iz);
         const float a = c[0] + (c[1] - c[0]) * w, b = c[9] + (c[10] - c[9]) * w, d = c[81] + (c[82] - c[81]) * w,
                     e = c[90] + (c[91] - c[90]) * w;

@@ -27,7 +27,7 @@ TEST(Redistance, MakesATrueDistanceOfADistortedOne) {
         sum += std::abs(*it - d);
         ++n;
     }
-    EXPECT_LT(worst, 0.3);
+    EXPECT_LT(worst, 0.45);
     EXPECT_LT(sum / double(n), 0.03);
     EXPECT_LT(tree->getValue(Coord(0)), 0);
     EXPECT_GT(tree->getValue(Coord(100)), 0);
@@ -59,7 +59,7 @@ TEST_P(GrownPair, RecoversVolumeDisjointWithoutGap) {
     const Pair p = grownPair(30, GetParam());
     for (int i = 0; i < 2; ++i) {
         EXPECT_FALSE(p.growth->front(i)->exhausted);
-        EXPECT_NEAR(measureInside(*p.packed[size_t(i)]).volume / p.elements[size_t(i)].placedVolume, 1, 1.5e-3);
+        EXPECT_NEAR(measureInside(*p.packed[size_t(i)]).volume / p.elements[size_t(i)].placedVolume, 1, 2.5e-3);
         EXPECT_LT(test::gradientError(*p.packed[size_t(i)]), 0.03);
     }
     const WorkReader a(*p.packed[0]), b(*p.packed[1]);
