@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
             const auto kinds = loadKinds(scene, context);
             const SeedSet seeds = makeSeeds(base, kinds, scene, {}, context);
             PackOptions options;
+            options.surface = false;  // the packed elements alone are compared
             options.voxelSize = sceneVoxelSize(scene, kinds);
             const Packing p = pack(base, kinds, placeElements(seeds.seeds, kinds), options, context);
             double wall = 0, cpu = 0, worst = 0;

@@ -69,7 +69,6 @@ std::vector<ElementKind> loadKinds(const Scene& scene, RunContext& context) {
         k.weight = e.weight;
         k.sink = e.sink;
         k.footprint = footprintArea(k.mesh);
-        k.diagonal = meshBounds(k.mesh).diagonal();
         k.color = parseColor(e.color.empty() ? kPalette[kinds.size() % std::size(kPalette)] : e.color);
         kinds.push_back(std::move(k));
     }

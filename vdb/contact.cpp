@@ -73,87 +73,114 @@ Vec3f directionAt(const std::vector<Vec3f>& points, const Vec3f& middle) {
 
 }  // namespace
 
-void ContactDistance::addRim(const std::vector<Vec3f>& points) {
-    std::vector<Vec3f> middles;
-    for (const Vec3f& p : points)
-        if (std::none_of(middles.begin(), middles.end(),
-                         [&](const Vec3f& m) { return (m - p).sqrnorm() < kSpacing * kSpacing; }))
-            middles.push_back(p);
-    Rim rim;
-    rim.count = middles.size();
-    rim.lanes.resize((middles.size() + kLanes - 1) / kLanes);
-    for (size_t i = 0; i < rim.lanes.size() * kLanes; ++i) {
-        Lanes& l = rim.lanes[i / kLanes];
-        const size_t k = i % kLanes;
-        const Vec3f m = i < middles.size() ? middles[i] : Vec3f(1e9f, 1e9f, 1e9f);
-        const Vec3f t = i < middles.size() ? directionAt(points, m) : Vec3f(0, 0, 0);
-        l.x[k] = m[0], l.y[k] = m[1], l.z[k] = m[2];
-        l.tx[k] = t[0], l.ty[k] = t[1], l.tz[k] = t[2];
-    }
-    rims_.push_back(std::move(rim));
+void RimLanes::set(int k, const Vec3f& m, const Vec3f& t) {
+    x[k] = m[0], y[k] = m[1], z[k] = m[2];
+    tx[k] = t[0], ty[k] = t[1], tz[k] = t[2];
 }
 
-std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
-    std::vector<Vec3f> points;
-    for (size_t i = 0; i < rims_[rim].count; ++i)
-        points.push_back(rims_[rim].lanes[i / kLanes].piece(int(i % kLanes)).middle);
-    return points;
-}
-
-Vec3f ContactDistance::Piece::nearest(const Vec3f& p) const {
-    const Vec3f v = p - middle;
-    return middle + along * std::clamp(v[0] * along[0] + v[1] * along[1] + v[2] * along[2], -kHalfPiece, kHalfPiece);
-}
-
-std::vector<ContactDistance::Piece> ContactDistance::piecesNear(const Vec3& centre, double radius,
-                                                                double distance) const {
-    const float q[3] = {float(centre[0]), float(centre[1]), float(centre[2])}, reach = float(radius + distance);
-    std::vector<Piece> pieces;
-    float d2[kLanes];
-    for (const Rim& rim : rims_)
-        for (const Lanes& l : rim.lanes) {
-            distances2(l, q, d2);
-            for (int k = 0; k < kLanes; ++k)
-                if (d2[k] < reach * reach) pieces.push_back(l.piece(k));
-        }
-    return pieces;
-}
-
-void ContactDistance::distances2(const Lanes& l, const float p[3], float d2[kLanes]) {
-    for (int k = 0; k < kLanes; ++k) {
-        const float vx = p[0] - l.x[k], vy = p[1] - l.y[k], vz = p[2] - l.z[k];
-        float s = vx * l.tx[k] + vy * l.ty[k] + vz * l.tz[k];
+PAVEL_WIDE void RimLanes::distances2(const Vec3f& p, float d2[kCount]) const {
+    for (int k = 0; k < kCount; ++k) {
+        const float vx = p[0] - x[k], vy = p[1] - y[k], vz = p[2] - z[k];
+        float s = vx * tx[k] + vy * ty[k] + vz * tz[k];
         s = s > kHalfPiece ? kHalfPiece : s;
         s = s < -kHalfPiece ? -kHalfPiece : s;
-        const float wx = vx - s * l.tx[k], wy = vy - s * l.ty[k], wz = vz - s * l.tz[k];
+        const float wx = vx - s * tx[k], wy = vy - s * ty[k], wz = vz - s * tz[k];
         d2[k] = wx * wx + wy * wy + wz * wz;
     }
 }
 
-Vec3 ContactDistance::nearest(const Vec3& p) const {
-    const Vec3f q{float(p[0]), float(p[1]), float(p[2])};
-    float best = 1e30f, d2[kLanes];
-    Vec3f point = q;
+Vec3f RimLanes::nearestOn(int k, const Vec3f& p) const {
+    const Vec3f m{x[k], y[k], z[k]}, t{tx[k], ty[k], tz[k]}, v = p - m;
+    return m + t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
+}
+
+namespace {
+
+constexpr Vec3f::value_type kNowhere = 1e9f;
+
+/// Groups pieces in lanes; the last is filled up with pieces that are far from everything.
+std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces) {
+    std::vector<RimLanes> lanes((pieces.size() + RimLanes::kCount - 1) / RimLanes::kCount);
+    for (size_t i = 0; i < lanes.size() * RimLanes::kCount; ++i)
+        lanes[i / RimLanes::kCount].set(int(i % RimLanes::kCount),
+                                        i < pieces.size() ? pieces[i].first : Vec3f{kNowhere, kNowhere, kNowhere},
+                                        i < pieces.size() ? pieces[i].second : Vec3f{0, 0, 0});
+    return lanes;
+}
+
+float nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p, float best, Vec3f& point) {
+    float d2[RimLanes::kCount];
+    for (const RimLanes& l : lanes) {
+        l.distances2(p, d2);
+        for (int k = 0; k < RimLanes::kCount; ++k)
+            if (d2[k] < best) best = d2[k], point = l.nearestOn(k, p);
+    }
+    return best;
+}
+
+Vec3f toFloat(const Vec3& p) {
+    return {float(p[0]), float(p[1]), float(p[2])};
+}
+
+}  // namespace
+
+void ContactDistance::addRim(const std::vector<Vec3f>& points) {
+    std::vector<std::pair<Vec3f, Vec3f>> pieces;
+    for (const Vec3f& p : points)
+        if (std::none_of(pieces.begin(), pieces.end(),
+                         [&](const auto& m) { return (m.first - p).sqrnorm() < kSpacing * kSpacing; }))
+            pieces.emplace_back(p, directionAt(points, p));
+    rims_.push_back({inLanes(pieces), pieces.size()});
+}
+
+std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
+    std::vector<Vec3f> points;
+    for (size_t i = 0; i < rims_[rim].count; ++i) {
+        const RimLanes& l = rims_[rim].lanes[i / RimLanes::kCount];
+        const size_t k = i % RimLanes::kCount;
+        points.push_back({l.x[k], l.y[k], l.z[k]});
+    }
+    return points;
+}
+
+ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {
+    const float reach = float(radius + distance);
+    std::vector<std::pair<Vec3f, Vec3f>> pieces;
+    float d2[RimLanes::kCount];
     for (const Rim& rim : rims_)
-        for (const Lanes& l : rim.lanes) {
-            distances2(l, q.data(), d2);
-            for (int k = 0; k < kLanes; ++k)
-                if (d2[k] < best) best = d2[k], point = l.piece(k).nearest(q);
+        for (const RimLanes& l : rim.lanes) {
+            l.distances2(toFloat(centre), d2);
+            for (int k = 0; k < RimLanes::kCount; ++k)
+                if (d2[k] < reach * reach) pieces.push_back({{l.x[k], l.y[k], l.z[k]}, {l.tx[k], l.ty[k], l.tz[k]}});
         }
+    Near near;
+    near.lanes_ = inLanes(pieces);
+    return near;
+}
+
+float ContactDistance::Near::nearest(const Vec3f& p, Vec3f& point) const {
+    return std::sqrt(nearestIn(lanes_, p, 1e30f, point));
+}
+
+Vec3 ContactDistance::nearest(const Vec3& p) const {
+    const Vec3f q = toFloat(p);
+    Vec3f point = q;
+    float best = 1e30f;
+    for (const Rim& rim : rims_) best = nearestIn(rim.lanes, q, best, point);
     return {point[0], point[1], point[2]};
 }
 
-double ContactDistance::operator()(const Vec3& p) const {
-    const float q[3] = {float(p[0]), float(p[1]), float(p[2])};
+PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
+    const Vec3f q = toFloat(p);
     double sum = 0;
     for (const Rim& rim : rims_) {
-        float best[kLanes], d2[kLanes];
-        std::fill(best, best + kLanes, 1e30f);
-        for (const Lanes& l : rim.lanes) {
-            distances2(l, q, d2);
-            for (int k = 0; k < kLanes; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
+        float best[RimLanes::kCount], d2[RimLanes::kCount];
+        std::fill(best, best + RimLanes::kCount, 1e30f);
+        for (const RimLanes& l : rim.lanes) {
+            l.distances2(q, d2);
+            for (int k = 0; k < RimLanes::kCount; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
         }
-        const double least = *std::min_element(best, best + kLanes);
+        const double least = *std::min_element(best, best + RimLanes::kCount);
         if (least < 1e-8) return 0;
         sum += 1 / (least * least);  // d^-4
     }

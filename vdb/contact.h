@@ -7,6 +7,16 @@
 
 namespace pavel {
 
+/// Eight straight pieces of rim, so that one instruction works on several: middle and unit direction, zero where a
+/// piece is a point.
+struct RimLanes {
+    static constexpr int kCount = 8;
+    float x[kCount], y[kCount], z[kCount], tx[kCount], ty[kCount], tz[kCount];
+    void set(int k, const Vec3f& middle, const Vec3f& along);
+    void distances2(const Vec3f& p, float d2[kCount]) const;
+    Vec3f nearestOn(int k, const Vec3f& p) const;
+};
+
 /// The rim of the surface that an element shares with each neighbour (or, touching none, with the base), as short
 /// straight pieces, and a smooth distance to it.
 ///
@@ -26,24 +36,25 @@ class ContactDistance {
     std::vector<Vec3f> rimPoints(size_t rim) const;
     size_t rimCount() const { return rims_.size(); }
 
-    struct Piece {
-        Vec3f middle, along;  ///< unit direction, zero where the piece is a point
-        Vec3f nearest(const Vec3f& p) const;
+    /// The pieces around a block, for many queries there.
+    class Near {
+      public:
+        bool empty() const { return lanes_.empty(); }
+        /// Distance to the nearest of them, and the point.
+        float nearest(const Vec3f& p, Vec3f& point) const;
+
+      private:
+        friend class ContactDistance;
+        std::vector<RimLanes> lanes_;
     };
     /// Pieces that may be nearer than `distance` to a point of the ball.
-    std::vector<Piece> piecesNear(const Vec3& centre, double radius, double distance) const;
+    Near near(const Vec3& centre, double radius, double distance) const;
 
   private:
-    static constexpr int kLanes = 8;
-    struct Lanes {
-        float x[kLanes], y[kLanes], z[kLanes], tx[kLanes], ty[kLanes], tz[kLanes];
-        Piece piece(int k) const { return {{x[k], y[k], z[k]}, {tx[k], ty[k], tz[k]}}; }
-    };
     struct Rim {
-        std::vector<Lanes> lanes;
+        std::vector<RimLanes> lanes;
         size_t count = 0;
     };
-    static void distances2(const Lanes& lanes, const float p[3], float d2[kLanes]);
     std::vector<Rim> rims_;
 };
 

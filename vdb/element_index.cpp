@@ -27,6 +27,7 @@ ElementIndex::ElementIndex(const std::vector<CoordBBox>& elements) : tree_(std::
     tree_->boxes = decltype(tree_->boxes)(boxes);
 }
 ElementIndex::~ElementIndex() = default;
+ElementIndex::ElementIndex(ElementIndex&&) noexcept = default;
 
 std::vector<int> ElementIndex::meeting(const CoordBBox& box) const {
     std::vector<int> result;

@@ -10,6 +10,7 @@ class ElementIndex {
   public:
     explicit ElementIndex(const std::vector<CoordBBox>& boxes);
     ~ElementIndex();
+    ElementIndex(ElementIndex&&) noexcept;
     /// Indices, ascending. O(log n + found).
     std::vector<int> meeting(const CoordBBox& box) const;
 

@@ -9,6 +9,7 @@ namespace {
 
 constexpr float kNever = std::numeric_limits<float>::max();
 constexpr int kStep[3] = {64, 8, 1};
+constexpr double kTrusted = 2;  // voxels from the rim within which a distance tells no angle
 
 }  // namespace
 
@@ -84,17 +85,16 @@ double Front::speedOf(GrowthBlock* block, int v) {
 }
 
 /// Arrival near the contact rim, where the speed changes too fast within a voxel to march: with F = k d the front
-/// sweeps the wedge between body and neighbour like a hand of a clock, T = angle / k. Nearer than two voxels the angle
-/// is read farther out on the same ray from the rim. Never, away from the rim.
-double Front::wedgeArrival(const Vec3& p, double phi, double d, const Vec3& rim) const {
-    constexpr double kRead = 2;
+/// sweeps the wedge between body and neighbour like a hand of a clock, T = angle / k. Nearer than `trusted` the
+/// angle is read farther out on the same ray from the rim. Never, away from the rim.
+double Front::wedgeArrival(const Vec3& p, double phi, double d, const Vec3& rim, double trusted) const {
     if (d > std::min(4.0, 0.7 * a * element.size) || d <= 0 || phi <= 0 || phi > 3) return kNever;
-    if (d < kRead) {
+    if (d < trusted) {
         const Vec3 ray = p - rim;
         const double l = length(ray);
         if (l < 1e-3) return kNever;
-        phi = sampleAt(*element.placed, rim + (kRead / l) * ray);
-        d = kRead;
+        phi = sampleAt(*element.placed, rim + (trusted / l) * ray);
+        d = trusted;
     }
     const double speed = weight * recoveryFunction(d / element.size, a, b);
     return speed > 0 ? std::asin(std::clamp(phi / d, 0.0, 1.0)) * d / speed : kNever;
@@ -106,7 +106,8 @@ double Front::wedgeArrival(const GrowthBlock& block, int v) const {
     const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
     const double phi = element.placed->getValue(c);
     if (phi <= 0 || phi > 3) return kNever;
-    return wedgeArrival(centreOf(c), phi, d, d < 2 ? element.contact->nearest(centreOf(c)) : Vec3(0, 0, 0));
+    return wedgeArrival(centreOf(c), phi, d, d < kTrusted ? element.contact->nearest(centreOf(c)) : Vec3(0, 0, 0),
+                        kTrusted);
 }
 
 /// Mean scale of the neighbours that have times, for a body voxel beside them; 0 where there are none.

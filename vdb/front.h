@@ -57,8 +57,8 @@ class Front {
     /// surface. To be called when marching has ended.
     void finish();
     /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
-    /// away from the rim.
-    double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim) const;
+    /// away from the rim. `trusted`: how near to the rim phi still tells the angle.
+    double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim, double trusted) const;
     double speedAt(const GrowthBlock& block, int v) const;
     /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the
     /// zero set of a product with it would be pitted.

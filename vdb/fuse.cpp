@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "pavel/vdb/element_index.h"
 #include "pavel/vdb/redistance.h"
 
 namespace pavel {
@@ -52,29 +53,38 @@ class BlockReader {
 };
 
 /// Minimum of two distances with a fillet in the crease between them, a quarter of the blend deep: slits thinner than a
-/// voxel, which no grid or printer can show, are filled instead of leaving a row of beads.
+/// voxel, which no grid or printer can show, are filled instead of leaving a row of beads, and both sides of a contact
+/// face are well inside.
 float blendedMin(float a, float b) {
     constexpr float kBlend = 2.5f;
     const float h = std::max(0.f, kBlend - std::abs(a - b));
     return std::min(a, b) - h * h / (4 * kBlend);
 }
 
-/// Union of all elements in one block, unclipped by each other.
-void unionValues(const RegionBuilder& builder, const std::vector<WorkTree::Ptr>& elements, const Coord& origin,
+/// Union of all elements in one block.
+void unionValues(const ElementIndex& index, const std::vector<WorkTree::Ptr>& elements, const Coord& origin,
                  float* values) {
     float second[512];
     std::fill(values, values + 512, kBand);
     std::fill(second, second + 512, kBand);
-    OwnField field;
-    for (int i : builder.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
-        if (!elements[size_t(i)] || !builder.load(i, origin, field)) continue;
+    for (int i : index.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
+        const WorkLeaf* leaf = elements[size_t(i)]->probeConstLeaf(origin);
+        const float tile = leaf ? 0 : elements[size_t(i)]->getValue(origin);
+        if (!leaf && tile > 0) continue;
         for (int v = 0; v < 512; ++v) {
-            const float own = field.own(v);
+            const float own = leaf ? leaf->buffer().data()[v] : tile;
             second[v] = std::min(second[v], std::max(values[v], own));
             values[v] = std::min(values[v], own);
         }
     }
     for (int v = 0; v < 512; ++v) values[v] = std::clamp(blendedMin(values[v], second[v]), -kBand, kBand);
+}
+
+ElementIndex indexOf(const std::vector<WorkTree::Ptr>& elements) {
+    std::vector<CoordBBox> boxes(elements.size());
+    for (size_t i = 0; i < elements.size(); ++i)
+        if (elements[i]) elements[i]->evalLeafBoundingBox(boxes[i]);
+    return ElementIndex(boxes);
 }
 
 /// All voxels go active, so that a later flood fill takes every sign as it stands.
@@ -84,7 +94,8 @@ void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values)
     leaf->setValuesOn();
 }
 
-openvdb::FloatTree::Ptr unionTree(const RegionBuilder& builder, const std::vector<WorkTree::Ptr>& elements) {
+openvdb::FloatTree::Ptr unionTree(const std::vector<WorkTree::Ptr>& elements) {
+    const ElementIndex index = indexOf(elements);
     const std::vector<Coord> origins = unionOrigins(elements);
     auto tree = std::make_shared<openvdb::FloatTree>(kBand);
     constexpr size_t kChunk = 4096;
@@ -92,7 +103,7 @@ openvdb::FloatTree::Ptr unionTree(const RegionBuilder& builder, const std::vecto
     for (size_t first = 0; first < origins.size(); first += kChunk) {
         const size_t count = std::min(kChunk, origins.size() - first);
         tbb::parallel_for(size_t(0), count,
-                          [&](size_t k) { unionValues(builder, elements, origins[first + k], &values[k * 512]); });
+                          [&](size_t k) { unionValues(index, elements, origins[first + k], &values[k * 512]); });
         for (size_t k = 0; k < count; ++k) setLeaf(*tree, origins[first + k], &values[k * 512]);
     }
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
@@ -115,8 +126,8 @@ void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base, open
 
 }  // namespace
 
-void fuse(const RegionBuilder& builder, bool withSolid, PackedGrids& grids) {
-    const openvdb::FloatTree::Ptr all = unionTree(builder, grids.elements);
+void fuse(bool withSolid, PackedGrids& grids) {
+    const openvdb::FloatTree::Ptr all = unionTree(grids.elements);
     if (withSolid) {
         openvdb::FloatTree solid(*grids.base);
         combine(*all, *grids.base, solid, blendedMin);

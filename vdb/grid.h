@@ -21,6 +21,15 @@ using WorkLeaf = WorkTree::LeafNodeType;
 using WorkReader = openvdb::tree::ValueAccessor<const WorkTree, false>;
 using BaseReader = openvdb::tree::ValueAccessor<const openvdb::FloatTree, false>;
 
+/// For kernels on rows and blocks: also compiled for AVX2, chosen when the program starts. Contraction is off, so both
+/// give the same bits.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#define PAVEL_WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define PAVEL_WIDE
+#endif
+
 /// Half width, in voxels, of the bands in work; results are cut to kResultBand.
 constexpr float kBand = 4;
 constexpr float kResultBand = 3;

@@ -21,8 +21,9 @@ class Growth {
            const std::vector<Material>& materials);
 
     void march(const RunContext& context);
-    /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels.
-    void solveStopTimes(const std::vector<double>& targets, const RunContext& context);
+    /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels. Goes on until no
+    /// front moves by more than `still` voxels, or its neighbours hinder it.
+    void solveStopTimes(const std::vector<double>& targets, double still, const RunContext& context);
 
     /// Null where the element did not grow.
     const Front* front(int i) const { return fronts_[size_t(i)].get(); }

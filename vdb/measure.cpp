@@ -5,30 +5,20 @@
 namespace pavel {
 
 double cubeShareUnderPlane(double distance, Vec3 n) {
-    double m[3] = {std::abs(n[0]), std::abs(n[1]), std::abs(n[2])};
-    std::sort(m, m + 3);
-    const double sum = m[0] + m[1] + m[2];
+    const double x = std::abs(n[0]), y = std::abs(n[1]), z = std::abs(n[2]), sum = x + y + z;
     double alpha = 0.5 - distance / sum;  // 0: the cube is just outside, 1: just inside
     if (alpha <= 0) return 0;
     if (alpha >= 1) return 1;
     const bool upper = alpha > 0.5;
     if (upper) alpha = 1 - alpha;
-    const double m1 = std::max(m[0] / sum, 1e-9), m2 = std::max(m[1] / sum, 1e-9), m3 = m[2] / sum, m12 = m1 + m2;
-    const auto cube = [](double x) { return x * x * x; };
-    double v;
-    if (alpha < m1)
-        v = cube(alpha) / (6 * m1 * m2 * m3);
-    else if (alpha < m2)
-        v = alpha * (alpha - m1) / (2 * m2 * m3) + m1 * m1 / (6 * m2 * m3);
-    else if (alpha < std::min(m12, m3))
-        v = (alpha * alpha * (3 * m12 - alpha) + m1 * m1 * (m1 - 3 * alpha) + m2 * m2 * (m2 - 3 * alpha)) /
-            (6 * m1 * m2 * m3);
-    else if (m3 < m12)
-        v = (alpha * alpha * (3 - 2 * alpha) + m1 * m1 * (m1 - 3 * alpha) + m2 * m2 * (m2 - 3 * alpha) +
-             m3 * m3 * (m3 - 3 * alpha)) /
-            (6 * m1 * m2 * m3);
-    else
-        v = (2 * alpha - m12) / (2 * m3);
+    const double lo = std::min(x, y), hi = std::max(x, y), inv = 1 / sum;
+    // Away from zero, where the differences of cubes would cancel.
+    const double m1 = std::max(std::min(lo, z) * inv, 1e-6), m2 = std::max(std::max(lo, std::min(hi, z)) * inv, 1e-6),
+                 m3 = std::max(hi, z) * inv;
+    const auto cube = [](double t) { return t > 0 ? t * t * t : 0; };
+    const double v = alpha >= m1 + m2
+                         ? (2 * alpha - m1 - m2) / (2 * m3)
+                         : (cube(alpha) - cube(alpha - m1) - cube(alpha - m2) - cube(alpha - m3)) / (6 * m1 * m2 * m3);
     return upper ? 1 - v : v;
 }
 

@@ -1,10 +1,12 @@
 #include "pavel/vdb/pack.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <map>
 #include <mutex>
+#include <numeric>
 
 #include "pavel/core/error.h"
 #include "pavel/core/mesh_check.h"
@@ -12,7 +14,9 @@
 #include "pavel/vdb/grow.h"
 #include "pavel/vdb/measure.h"
 #include "pavel/vdb/overlap.h"
+#include "pavel/vdb/placed_shapes.h"
 #include "pavel/vdb/redistance.h"
+#include "pavel/vdb/region_builder.h"
 #include "pavel/vdb/voxelize.h"
 
 namespace pavel {
@@ -34,6 +38,22 @@ void forEachElement(size_t n, const RunContext& context, const char* stage, doub
     context.progress(stage, to);
 }
 
+/// Runs f(element) in an order that is kept whatever the number of threads: who is free takes the next.
+template <class F>
+void inOrder(const std::vector<int>& order, const RunContext& context, const char* stage, double from, double to, F f) {
+    std::atomic<size_t> next{0};
+    std::mutex reporting;
+    tbb::parallel_for(0, tbb::this_task_arena::max_concurrency(), [&](int) {
+        for (size_t k = next++; k < order.size(); k = next++) {
+            f(order[k]);
+            if (k % 16 != 0) continue;
+            const std::lock_guard<std::mutex> lock(reporting);
+            context.progress(stage, from + (to - from) * double(k) / double(order.size()));
+        }
+    });
+    context.progress(stage, to);
+}
+
 /// Coarse voxels across the thinnest element, at least, on the grid that fronts march on.
 constexpr double kCoarseAcross = 24;
 
@@ -49,8 +69,9 @@ int coarseFactor(const std::vector<ElementKind>& kinds, const std::vector<Placed
     return factor;
 }
 
-std::vector<WorkElement> voxelizeAll(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed,
-                                     double h, const RunContext& context) {
+/// Canonical fields of all kinds that are placed.
+std::vector<CanonicalField> canonicalFields(const std::vector<ElementKind>& kinds,
+                                            const std::vector<PlacedElement>& placed, double h) {
     std::vector<CanonicalField> fields(kinds.size());
     tbb::parallel_for(size_t(0), kinds.size(), [&](size_t k) {
         double lo = 1e300, hi = 0;
@@ -59,16 +80,25 @@ std::vector<WorkElement> voxelizeAll(const std::vector<ElementKind>& kinds, cons
                 lo = std::min(lo, p.worldFromElement.scale), hi = std::max(hi, p.worldFromElement.scale);
         if (hi > 0) fields[k] = makeCanonicalField(kinds[k].mesh, h, lo, hi);
     });
+    return fields;
+}
+
+Frame indexFrame(const PlacedElement& p, double h) {
+    Frame f = p.worldFromElement;
+    f.origin /= h;
+    f.scale /= h;
+    return f;
+}
+
+std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields,
+                                     const std::vector<PlacedElement>& placed, double h, const RunContext& context) {
     std::vector<WorkElement> elements(placed.size());
     forEachElement(placed.size(), context, "voxelize", 0.1, 1, [&](size_t i) {
         WorkElement& e = elements[i];
-        const PlacedElement& p = placed[i];
-        const CanonicalField& field = fields[size_t(p.kind)];
-        e.id = p.id;
-        e.kind = p.kind;
-        e.indexFromElement = p.worldFromElement;
-        e.indexFromElement.origin /= h;
-        e.indexFromElement.scale /= h;
+        const CanonicalField& field = fields[size_t(placed[i].kind)];
+        e.id = placed[i].id;
+        e.kind = placed[i].kind;
+        e.indexFromElement = indexFrame(placed[i], h);
         e.centre = e.indexFromElement.apply(field.centroid);
         e.size = field.bounds.diagonal() * e.indexFromElement.scale;
         e.placed = voxelizePlacement(field, e.indexFromElement);
@@ -80,9 +110,21 @@ std::vector<WorkElement> voxelizeAll(const std::vector<ElementKind>& kinds, cons
     return elements;
 }
 
+/// Elements in the order in which a plane sweeps over them along the longest side of their box.
+std::vector<int> sweepOrder(const std::vector<WorkElement>& elements) {
+    CoordBBox all;
+    for (const WorkElement& e : elements) all.expand(e.box);
+    const size_t axis = all.empty() ? 0 : all.maxExtent();
+    std::vector<int> order(elements.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return elements[size_t(a)].centre[axis] < elements[size_t(b)].centre[axis]; });
+    return order;
+}
+
 /// Erases from a fine level set what the trim on a coarser grid cut off: voxels with a stray node around them and none
 /// of the main body.
-void eraseStrays(WorkElement& fine, const WorkElement& coarse, int factor) {
+void eraseStrays(WorkTree& fine, const WorkElement& coarse, int factor) {
     if (coarse.strays.empty()) return;
     std::map<Coord, BlockMask> stray;
     for (const MaskedBlock& m : coarse.strays)
@@ -118,7 +160,7 @@ void eraseStrays(WorkElement& fine, const WorkElement& coarse, int factor) {
         });
     }
     for (const MaskedBlock& m : erased)
-        if (fine.placed->probeConstLeaf(m.origin) || fine.placed->getValue(m.origin) < 0) erase(*fine.placed, {m});
+        if (fine.probeConstLeaf(m.origin) || fine.getValue(m.origin) < 0) erase(fine, {m});
 }
 
 /// Moves a surface by hundredths of a voxel until its volume is the target, or no more than it where `growing` is
@@ -196,25 +238,25 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     PackedGrids& grids = *result.grids;
     grids.elements.resize(n);
     result.elements.resize(n);
+    std::vector<uint64_t> voxels(n);
 
     // Overlap and growth are settled on the coarse grid, the packed shapes are then made on the fine one.
-    std::vector<WorkElement> coarse, finer;
+    std::vector<CanonicalField> fields;
+    std::vector<WorkElement> coarse;
     openvdb::FloatTree::Ptr coarseBase;
     {
         const StageTimer timer(context, "voxelize");
         grids.base = coarseBase = voxelizeBase(baseMesh, h)->treePtr();
         if (factor > 1) {
             coarseBase = voxelizeBase(baseMesh, coarseH)->treePtr();
-            finer = voxelizeAll(kinds, placed, h, context);
+            fields = canonicalFields(kinds, placed, h);
         }
-        coarse = voxelizeAll(kinds, placed, coarseH, context);
+        coarse = voxelizeAll(canonicalFields(kinds, placed, coarseH), placed, coarseH, context);
     }
     {
         const StageTimer timer(context, "overlap");
         resolveOverlap(coarse, coarseBase.get(), context);
-        for (size_t i = 0; i < finer.size(); ++i) eraseStrays(finer[i], coarse[i], factor);
     }
-    const std::vector<WorkElement>& fine = factor > 1 ? finer : coarse;
     std::vector<Material> materials(kinds.size(), Material{options.a, options.b});
     for (size_t k = 0; k < options.kindMaterial.size(); ++k)
         materials[k] = {options.kindMaterial[k].first, options.kindMaterial[k].second};
@@ -224,23 +266,45 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         growth.march(context);
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].placedVolume;
-        growth.solveStopTimes(targets, context);
+        growth.solveStopTimes(targets, factor > 1 ? 0.2 : 0.02, context);
     }
-    const RegionBuilder onCoarse(coarse, coarseBase.get(), growth.fronts(), 1),
-        onFine(fine, grids.base.get(), growth.fronts(), factor);
     {
         const StageTimer timer(context, "growth");
-        forEachElement(n, context, "growth", 0.8, 1, [&](size_t i) {
+        std::vector<WorkTree::Ptr> coarsePlaced;
+        for (const WorkElement& e : coarse) coarsePlaced.push_back(e.placed);
+        PlacedShapes shapes(n, [&](int i) {
+            const WorkElement& e = coarse[size_t(i)];
+            if (factor == 1) return PlacedShapes::Shape{e.placed, {e.placedVolume, e.placedVoxels}};
+            const PlacedElement& p = placed[size_t(i)];
+            const WorkTree::Ptr tree = voxelizePlacement(fields[size_t(p.kind)], indexFrame(p, h));
+            const InsideMeasure m = measureInside(*tree);  // before anything is taken from it
+            eraseStrays(*tree, e, factor);
+            return PlacedShapes::Shape{tree, m};
+        });
+        const RegionBuilder onCoarse(coarse, coarsePlaced, coarseBase.get(), growth.fronts(), 1),
+            onFine(coarse, shapes.shapes(), grids.base.get(), growth.fronts(), factor);
+        const std::vector<int> order = sweepOrder(coarse);
+        std::vector<std::vector<int>> rivals(n);
+        tbb::parallel_for(size_t(0), n, [&](size_t i) { rivals[i] = onFine.rivalsOf(int(i)); });
+        for (size_t i = 0; i < n; ++i) {
+            shapes.expect(int(i));
+            for (int j : rivals[i]) shapes.expect(j);
+        }
+        inOrder(order, context, "growth", 0.8, 1, [&](int element) {
+            const size_t i = size_t(element);
             ElementResult& r = result.elements[i];
-            const Front* f = growth.front(int(i));
-            const double target = fine[i].placedVolume;
-            r.id = fine[i].id;
+            const Front* f = growth.front(element);
+            shapes.acquire(element);
+            for (int j : rivals[i]) shapes.acquire(j);
+            const double target = shapes.measure(element).volume;
+            voxels[i] = shapes.measure(element).voxels;
+            r.id = coarse[i].id;
             r.initialVolume = r.targetVolume = target * h3;
             r.lostVolume = coarse[i].lost() * coarseH * coarseH * coarseH;
-            for (int c : coarse[i].contacts) r.contacts.push_back(fine[size_t(c)].id);
+            for (int c : coarse[i].contacts) r.contacts.push_back(coarse[size_t(c)].id);
             if (coarse[i].bodyVoxels) {
-                Region region = onCoarse.build(int(i));
-                if (factor > 1) region = onFine.refine(int(i), region);
+                Region region = onCoarse.build(element);
+                if (factor > 1) region = onFine.refine(element, region);
                 const StopShift s = solveShift(region, target, 0.5);
                 const bool mayGrow = !f || !f->exhausted;
                 if (f && (mayGrow || s.missing < 0)) region.advance(s.later);
@@ -252,28 +316,32 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const double missing = r.targetVolume - r.finalVolume;
             if (!coarse[i].bodyVoxels || (f && f->exhausted) || missing > 1e-3 * r.targetVolume)
                 r.unrecoveredVolume = std::max(0.0, missing);
+            shapes.release(element);
+            for (int j : rivals[i]) shapes.release(j);
         });
     }
-    {
+    if (options.surface) {
         const StageTimer timer(context, "extract");
-        fuse(onFine, options.solidWithBase, grids);
+        fuse(options.solidWithBase, grids);
+        grids.base = redistanced(*grids.base);
         grids.ids = elementIds(grids.elements);
     }
     std::vector<int> swallowed, widened, short_;
     const uint64_t factor3 = uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
     for (size_t i = 0; i < n; ++i) {
-        result.counts.decorationVoxels += fine[i].placedVoxels;
+        result.counts.decorationVoxels += voxels[i];
         result.counts.overlapVoxels += (coarse[i].placedVoxels - coarse[i].bodyVoxels) * factor3;
         if (!coarse[i].bodyVoxels)
-            swallowed.push_back(fine[i].id);
+            swallowed.push_back(coarse[i].id);
         else if (result.elements[i].unrecoveredVolume > 0)
-            short_.push_back(fine[i].id);
+            short_.push_back(coarse[i].id);
         else if (result.elements[i].widenedB > 0)
-            widened.push_back(fine[i].id);
+            widened.push_back(coarse[i].id);
     }
     result.counts.grownVoxels = growth.grownVoxels() * factor3;
     result.counts.baseVoxels = uint64_t(std::llround(meshVolume(baseMesh) / h3));
-    result.counts.activeVoxels = grids.surface->activeVoxelCount() + grids.base->activeVoxelCount();
+    result.counts.activeVoxels =
+        grids.base->activeVoxelCount() + (grids.surface ? grids.surface->activeVoxelCount() : 0);
     for (const auto& e : grids.elements)
         if (e) result.counts.activeVoxels += e->activeVoxelCount();
     if (!swallowed.empty()) context.warn("elements swallowed whole by neighbours or the base: " + idList(swallowed));

@@ -14,6 +14,7 @@ struct PackOptions {
     double voxelSize = 1;                                 ///< h, scene units
     double a = 0.1, b = 0.3;                              ///< volume recovery function, shares of an element's size
     std::vector<std::pair<double, double>> kindMaterial;  ///< a, b by kind; empty: the two above for all
+    bool surface = true;                                  ///< make the fused surface and the ids
     bool solidWithBase = false;                           ///< also make the fused solid of elements and base
 };
 

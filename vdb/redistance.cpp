@@ -30,56 +30,64 @@ float dotf(const Vec3f& a, const Vec3f& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// A box of blocks; voxel index = (x * side[1] + y) * side[2] + z.
+/// A box of blocks; voxel index = (x * side[1] + y) * side[2] + z. Only cells of 4^3 voxels near the surface are
+/// filled.
 class Window {
   public:
     /// values(origin) -> BlockValues. False where no surface passes.
     template <class Values>
     bool load(const Coord& origin, const std::array<int, 3>& blocks, const Values& values) {
-        for (int k = 0; k < 3; ++k) blocks_[k] = blocks[size_t(k)], side_[k] = 8 * blocks_[k];
+        for (int k = 0; k < 3; ++k) cells_[k] = 2 * blocks[size_t(k)], side_[k] = 4 * cells_[k];
         dx_ = side_[1] * side_[2], dy_ = side_[2];
-        const size_t count = size_t(blocks_[0]) * size_t(blocks_[1]) * size_t(blocks_[2]), voxels = count * 512;
+        const size_t count = size_t(cells_[0]) * size_t(cells_[1]) * size_t(cells_[2]), voxels = count * 64;
         if (phi_.size() < voxels) {
             for (auto* field : {&phi_, &own_, &clip_, &distance2_}) field->resize(voxels);
             nearest_.resize(voxels);
             queued_.assign(voxels, 0);
         }
         sign_.assign(count, 0);
-        touched_.assign(count, 0);
         used_.assign(count, 0);
-        source_.assign(count, {});
+        touched_.assign(count / 8, 0);
+        source_.resize(count / 8);
         bool in = false, out = false;
-        forEach([&](int b, int x, int y, int z) {
-            const BlockValues& f = source_[size_t(b)] = values(origin.offsetBy(8 * x, 8 * y, 8 * z));
-            int negative = f.own || !(f.tile < 0) ? 0 : 512;
-            if (f.own && f.clip)
-                for (int v = 0; v < 512; ++v) negative += f.own[v] < 0 && f.clip[v] < 0;
-            else if (f.own)
-                for (int v = 0; v < 512; ++v) negative += f.own[v] < 0;
-            sign_[size_t(b)] = negative == 0 ? 1 : negative == 512 ? -1 : 0;
-            in |= negative > 0;
-            out |= negative < 512;
-        });
+        for (int x = 0; x < cells_[0]; x += 2)
+            for (int y = 0; y < cells_[1]; y += 2)
+                for (int z = 0; z < cells_[2]; z += 2) {
+                    const BlockValues& f = source_[size_t(block(x / 2, y / 2, z / 2))] =
+                        values(origin.offsetBy(4 * x, 4 * y, 4 * z));
+                    for (int c = 0; c < 8; ++c) {
+                        const int u = c >> 2, v = c >> 1 & 1, w = c & 1;
+                        const int sign = f.own ? signOf(f, u * 256 + v * 32 + w * 4) : f.tile < 0 ? -1 : 1;
+                        sign_[size_t(cell(x + u, y + v, z + w))] = static_cast<signed char>(sign);
+                        in |= sign <= 0;
+                        out |= sign >= 0;
+                    }
+                }
         if (!in || !out) return false;
         crossing_.clear();
-        forEach([&](int b, int x, int y, int z) {
-            if (!mayCross(b, x, y, z)) return;
-            crossing_.push_back({x, y, z});
-            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, blocks_[0] - 1); ++u)
-                for (int v = std::max(y - 1, 0); v <= std::min(y + 1, blocks_[1] - 1); ++v)
-                    for (int w = std::max(z - 1, 0); w <= std::min(z + 1, blocks_[2] - 1); ++w)
-                        used_[size_t(block(u, v, w))] = 1;
-        });
-        forEach([&](int b, int x, int y, int z) {
-            if (used_[size_t(b)]) copyIn(source_[size_t(b)], 8 * x, 8 * y, 8 * z);
-        });
+        int i = 0;
+        for (int x = 0; x < cells_[0]; ++x)
+            for (int y = 0; y < cells_[1]; ++y)
+                for (int z = 0; z < cells_[2]; ++z, ++i) {
+                    if (!mayCross(i, x, y, z)) continue;
+                    crossing_.push_back({x, y, z});
+                    for (int u = std::max(x - 1, 0); u <= std::min(x + 1, cells_[0] - 1); ++u)
+                        for (int v = std::max(y - 1, 0); v <= std::min(y + 1, cells_[1] - 1); ++v)
+                            for (int w = std::max(z - 1, 0); w <= std::min(z + 1, cells_[2] - 1); ++w)
+                                used_[size_t(cell(u, v, w))] = 1;
+                }
+        i = 0;
+        for (int x = 0; x < cells_[0]; ++x)
+            for (int y = 0; y < cells_[1]; ++y)
+                for (int z = 0; z < cells_[2]; ++z, ++i)
+                    if (used_[size_t(i)]) copyIn(x, y, z);
         return true;
     }
 
     void solve() {
         feet_.clear();
         layer_.clear();
-        for (const auto& c : crossing_) findFeet(8 * c[0], 8 * c[1], 8 * c[2]);
+        for (const auto& c : crossing_) findFeet(4 * c[0], 4 * c[1], 4 * c[2]);
         while (!layer_.empty()) spread();
     }
 
@@ -89,13 +97,19 @@ class Window {
     /// The clean distances of a touched block; true where any is inside the band.
     bool read(int bx, int by, int bz, float* out) const {
         bool near = false;
-        for (int x = 0; x < 8; ++x)
-            for (int y = 0; y < 8; ++y)
-                for (int z = 0; z < 8; ++z) {
-                    const float d = value(8 * bx + x, 8 * by + y, 8 * bz + z);
-                    near |= std::abs(d) < kResultBand;
-                    *out++ = d;
-                }
+        for (int c = 0; c < 8; ++c) {
+            const int u = c >> 2, v = c >> 1 & 1, w = c & 1;
+            float* to = out + u * 256 + v * 32 + w * 4;
+            const size_t from = size_t(cell(2 * bx + u, 2 * by + v, 2 * bz + w));
+            for (int x = 0; x < 4; ++x)
+                for (int y = 0; y < 4; ++y)
+                    for (int z = 0; z < 4; ++z) {
+                        const float d = used_[from] ? value(8 * bx + 4 * u + x, 8 * by + 4 * v + y, 8 * bz + 4 * w + z)
+                                                    : float(sign_[from]) * kResultBand;
+                        near |= std::abs(d) < kResultBand;
+                        to[x * 64 + y * 8 + z] = d;
+                    }
+        }
         return near;
     }
 
@@ -104,34 +118,39 @@ class Window {
         int16_t x, y, z;
     };
 
-    int block(int x, int y, int z) const { return (x * blocks_[1] + y) * blocks_[2] + z; }
+    int cell(int x, int y, int z) const { return (x * cells_[1] + y) * cells_[2] + z; }
+    int block(int x, int y, int z) const { return (x * (cells_[1] / 2) + y) * (cells_[2] / 2) + z; }
     int index(int x, int y, int z) const { return x * dx_ + y * dy_ + z; }
-    template <class F>
-    void forEach(F f) const {
-        int b = 0;
-        for (int x = 0; x < blocks_[0]; ++x)
-            for (int y = 0; y < blocks_[1]; ++y)
-                for (int z = 0; z < blocks_[2]; ++z) f(b++, x, y, z);
+
+    /// -1 inside, 1 outside, 0 mixed: the 4^3 voxels from an offset in a block.
+    static int signOf(const BlockValues& f, int at) {
+        int negative = 0;
+        for (int x = 0; x < 4; ++x)
+            for (int y = 0; y < 4; ++y)
+                for (int z = 0; z < 4; ++z) {
+                    const int v = at + x * 64 + y * 8 + z;
+                    negative += f.own[v] < 0 && (!f.clip || f.clip[v] < 0);
+                }
+        return negative == 0 ? 1 : negative == 64 ? -1 : 0;
     }
 
-    /// A block of one sign whose face neighbours have the same holds no voxel beside the surface.
-    bool mayCross(int b, int x, int y, int z) const {
-        const int own = sign_[size_t(b)];
-        if (own == 0) return true;
-        return (x > 0 && sign_[size_t(block(x - 1, y, z))] != own) ||
-               (x + 1 < blocks_[0] && sign_[size_t(block(x + 1, y, z))] != own) ||
-               (y > 0 && sign_[size_t(block(x, y - 1, z))] != own) ||
-               (y + 1 < blocks_[1] && sign_[size_t(block(x, y + 1, z))] != own) ||
-               (z > 0 && sign_[size_t(block(x, y, z - 1))] != own) ||
-               (z + 1 < blocks_[2] && sign_[size_t(block(x, y, z + 1))] != own);
+    /// A cell of one sign whose face neighbours have the same holds no voxel beside the surface.
+    bool mayCross(int i, int x, int y, int z) const {
+        const int own = sign_[size_t(i)], dx = cells_[1] * cells_[2], dy = cells_[2];
+        const signed char* s = &sign_[size_t(i)];
+        return own == 0 || (x > 0 && s[-dx] != own) || (x + 1 < cells_[0] && s[dx] != own) ||
+               (y > 0 && s[-dy] != own) || (y + 1 < cells_[1] && s[dy] != own) || (z > 0 && s[-1] != own) ||
+               (z + 1 < cells_[2] && s[1] != own);
     }
 
-    void copyIn(const BlockValues& f, int bx, int by, int bz) {
-        for (int x = 0; x < 8; ++x)
-            for (int y = 0; y < 8; ++y) {
-                const size_t at = size_t(index(bx + x, by + y, bz));
-                const int row = x * 64 + y * 8;
-                for (int z = 0; z < 8; ++z) {
+    void copyIn(int cx, int cy, int cz) {
+        const BlockValues& f = source_[size_t(block(cx / 2, cy / 2, cz / 2))];
+        const int from = (cx & 1) * 256 + (cy & 1) * 32 + (cz & 1) * 4;
+        for (int x = 0; x < 4; ++x)
+            for (int y = 0; y < 4; ++y) {
+                const size_t at = size_t(index(4 * cx + x, 4 * cy + y, 4 * cz));
+                const int row = from + x * 64 + y * 8;
+                for (int z = 0; z < 4; ++z) {
                     const float own = f.own ? f.own[row + z] : f.tile, clip = f.clip ? f.clip[row + z] : -kBand;
                     own_[at + size_t(z)] = own;
                     clip_[at + size_t(z)] = clip;
@@ -144,7 +163,7 @@ class Window {
 
     void findFeet(int bx, int by, int bz) {
         const auto lo = [](int b) { return std::max(b, kMargin); };
-        const auto hi = [&](int b, int k) { return std::min(b + 8, side_[k] - kMargin); };
+        const auto hi = [&](int b, int k) { return std::min(b + 4, side_[k] - kMargin); };
         for (int x = lo(bx); x < hi(bx, 0); ++x)
             for (int y = lo(by); y < hi(by, 1); ++y)
                 for (int z = lo(bz); z < hi(bz, 2); ++z) {
@@ -157,7 +176,7 @@ class Window {
                     distance2_[size_t(i)] = d.sqrnorm();
                     feet_.push_back(foot);
                     layer_.push_back({int16_t(x), int16_t(y), int16_t(z)});
-                    touched_[size_t(block(bx / 8, by / 8, bz / 8))] = 1;
+                    touched_[size_t(block(x >> 3, y >> 3, z >> 3))] = 1;
                 }
     }
 
@@ -287,7 +306,7 @@ class Window {
                 const float ex = float(x) - p[0], ey = float(y) - p[1], ez = float(z) - p[2];
                 const float d2 = ex * ex + ey * ey + ez * ez;
                 const size_t n = size_t(index(x, y, z));
-                if (d2 >= distance2_[n]) return;
+                if (!used_[size_t(cell(x >> 2, y >> 2, z >> 2))] || d2 >= distance2_[n]) return;
                 distance2_[n] = d2;
                 if (nearest_[n] < 0) touched_[size_t(block(x >> 3, y >> 3, z >> 3))] = 1;
                 nearest_[n] = foot;
@@ -311,18 +330,18 @@ class Window {
         if (nearest_[i] >= 0) {
             const Foot& foot = feet_[size_t(nearest_[i])];
             const Vec3f v = Vec3f(float(x), float(y), float(z)) - foot.point;
-            const float along = dotf(v, foot.along), all = v.sqrnorm();
-            // Feet sample the surface a voxel apart, or less: half of that may be taken off the way along it.
-            const float rest = foot.onCrease ? std::max(0.f, std::abs(along) - 0.5f)
-                                             : std::max(0.f, std::sqrt(std::max(0.f, all - along * along)) - 0.5f);
-            const float across2 = foot.onCrease ? std::max(0.f, all - along * along) : along * along;
+            const float along = dotf(v, foot.along), along2 = along * along;
+            const float aside2 = std::max(0.f, v.sqrnorm() - along2);
+            // Feet sample surface and crease a voxel apart, or less: half of that may be taken off the way along them.
+            const auto beyond = [](float d2) { return d2 <= 0.25f ? 0.f : std::sqrt(d2) - 0.5f; };
+            const float rest = beyond(foot.onCrease ? along2 : aside2), across2 = foot.onCrease ? aside2 : along2;
             d = std::min(kResultBand, std::sqrt(across2 + rest * rest));
         }
         d = std::max(d, 1e-6f);  // zero would be no side at all
         return phi_[i] < 0 ? -d : d;
     }
 
-    int blocks_[3] = {}, side_[3] = {}, dx_ = 0, dy_ = 0;
+    int cells_[3] = {}, side_[3] = {}, dx_ = 0, dy_ = 0;
     std::vector<float> phi_, own_, clip_, distance2_;
     std::vector<int> nearest_;
     std::vector<char> queued_;

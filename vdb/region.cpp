@@ -34,6 +34,11 @@ int Region::add(const Coord& origin, const float* own, const float* clip, const 
     return number;
 }
 
+void Region::reserve(size_t blocks) {
+    origins_.reserve(blocks);
+    for (auto* field : {&own_, &clip_, &slope_}) field->reserve(blocks * 512);
+}
+
 void Region::fill(const Coord& origin) {
     cells_[size_t(cell(origin))] = kInside;
     filled_ += 512;

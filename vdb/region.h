@@ -21,6 +21,7 @@ class Region {
     explicit Region(const CoordBBox& box);
     /// Adds a block; the origins must differ. Returns its number.
     int add(const Coord& origin, const float* own, const float* clip, const float* slope);
+    void reserve(size_t blocks);
     /// A block without surface that is filled.
     void fill(const Coord& origin);
     /// Number of the block at a leaf origin, or kOutside, kInside.

@@ -13,13 +13,13 @@ std::vector<CoordBBox> reaches(const std::vector<WorkElement>& elements,
                                const std::vector<std::unique_ptr<Front>>& fronts, int factor) {
     std::vector<CoordBBox> boxes(elements.size());
     for (size_t i = 0; i < elements.size(); ++i) {
-        boxes[i] = elements[i].box;
-        if (!fronts[i]) continue;
-        for (const GrowthBlock& b : fronts[i]->blocks) {
-            boxes[i].expand(Coord(b.origin[0] * factor, b.origin[1] * factor, b.origin[2] * factor));
-            const Coord last = b.origin.offsetBy(8);
-            boxes[i].expand(Coord(last[0] * factor - 1, last[1] * factor - 1, last[2] * factor - 1));
-        }
+        CoordBBox box = elements[i].box;
+        if (fronts[i])
+            for (const GrowthBlock& b : fronts[i]->blocks) box.expand(b.origin), box.expand(b.origin.offsetBy(7));
+        if (box.empty()) continue;
+        const Coord lo = box.min(), hi = box.max().offsetBy(1);
+        boxes[i] = CoordBBox(lo[0] * factor, lo[1] * factor, lo[2] * factor, hi[0] * factor - 1, hi[1] * factor - 1,
+                             hi[2] * factor - 1);
     }
     return boxes;
 }
@@ -31,7 +31,7 @@ std::array<float, 4> cubicWeights(float t) {
 }
 
 /// Values on (8 / factor + 3)^3 nodes, one before the block and two beyond it, to the block's 8^3 voxels.
-void upsample(const float* nodes, int factor, float* out) {
+PAVEL_WIDE void upsample(const float* nodes, int factor, float* out) {
     const int n = 8 / factor + 3;
     float alongZ[7 * 7 * 8], alongY[7 * 8 * 8];
     std::array<float, 4> weights[8];
@@ -61,9 +61,11 @@ void upsample(const float* nodes, int factor, float* out) {
 
 }  // namespace
 
-RegionBuilder::RegionBuilder(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
-                             const std::vector<std::unique_ptr<Front>>& fronts, int factor)
+RegionBuilder::RegionBuilder(const std::vector<WorkElement>& elements, const std::vector<WorkTree::Ptr>& placed,
+                             const openvdb::FloatTree* base, const std::vector<std::unique_ptr<Front>>& fronts,
+                             int factor)
     : elements_(elements),
+      placed_(placed),
       base_(base),
       fronts_(fronts),
       factor_(factor),
@@ -81,7 +83,7 @@ std::vector<int> RegionBuilder::rivalsOf(int i) const {
 }
 
 bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
-    const WorkTree& placed = *elements_[size_t(i)].placed;
+    const WorkTree& placed = *placed_[size_t(i)];
     const WorkLeaf* leaf = placed.probeConstLeaf(origin);
     const float tile = leaf ? 0 : placed.getValue(origin);
     const Front* front = fronts_[size_t(i)].get();
@@ -112,6 +114,7 @@ void RegionBuilder::interpolate(const Front& front, const Coord& origin, OwnFiel
     const WorkTree& placed = *front.element.placed;
     float way[343], scale[343], phi[343];
     bool any = false, nearRim = false;
+    float least = kBand;  // of the front's own values, in coarse voxels
     forEachBlock(CoordBBox(lo, lo.offsetBy(n - 1)), [&](const Coord& at) {
         const GrowthBlock* block = front.probe(at);
         const WorkLeaf* leaf = placed.probeConstLeaf(at);
@@ -129,15 +132,17 @@ void RegionBuilder::interpolate(const Front& front, const Coord& origin, OwnFiel
                     scale[node] = timed ? block->scale[v] : 0;
                     way[node] = timed ? block->scale[v] * (block->time[v] - front.stopTime) : p;
                     any |= timed;
-                    nearRim |= block && block->contact[v] >= 0 && block->contact[v] < 4;
+                    least = std::min(least, way[node]);
+                    nearRim |= block && block->contact[v] >= 0 && block->contact[v] < 3;
                 }
     });
-    if (!any) {
+    const float k = float(factor_);
+    if (!any || least * k > kBand) {  // nothing of the front within the band
         field.grown = false;
         return;
     }
     float coarsePhi[512];
-    const float k = float(factor_), least = 1e-3f * float(front.weight) * k;
+    const float slowest = 1e-3f * float(front.weight) * k;
     upsample(way, factor_, field.way);
     upsample(scale, factor_, field.scale);
     upsample(phi, factor_, coarsePhi);
@@ -146,33 +151,26 @@ void RegionBuilder::interpolate(const Front& front, const Coord& origin, OwnFiel
         const float detail = std::clamp(0.5f * (kBand - std::abs(field.phi[v])), 0.f, 1.f);
         field.way[v] = k * field.way[v] + detail * (field.phi[v] - k * coarsePhi[v]);
         field.scale[v] *= k;
-        if (field.scale[v] < least) field.scale[v] = 0;
+        if (field.scale[v] < slowest) field.scale[v] = 0;
     }
     if (nearRim) mendNearRim(front, origin, field);
 }
 
 /// Interpolation knows nothing of a field that turns around the rim like the hand of a clock.
 void RegionBuilder::mendNearRim(const Front& front, const Coord& origin, OwnField& field) const {
-    constexpr double kOnly = 2, kNone = 3;  // coarse voxels from the rim: nothing but the wedge; nothing of it
+    constexpr double kOnly = 1, kNone = 2;  // coarse voxels from the rim: nothing but the wedge; nothing of it
     const double toCoarse = 1.0 / factor_;
-    const auto pieces = front.element.contact->piecesNear((centreOf(origin) + Vec3(3.5, 3.5, 3.5)) * toCoarse,
-                                                          3.5 * std::sqrt(3.0) * toCoarse, kNone);
-    if (pieces.empty()) return;
+    const ContactDistance::Near rims = front.element.contact->near((centreOf(origin) + Vec3(3.5, 3.5, 3.5)) * toCoarse,
+                                                                   3.5 * std::sqrt(3.0) * toCoarse, kNone);
+    if (rims.empty()) return;
     for (int v = 0; v < 512; ++v) {
         const double phi = field.phi[v] * toCoarse;
-        if (phi <= 0 || phi >= kNone || !(field.scale[v] > 0)) continue;
+        if (phi <= 0 || phi >= kNone || !(field.scale[v] > 0) || field.way[v] > kBand * factor_) continue;
         const Vec3 p = centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))) * toCoarse;
-        const Vec3f q{float(p[0]), float(p[1]), float(p[2])};
-        float least = float(kNone * kNone);
-        Vec3f rim(0, 0, 0);
-        for (const ContactDistance::Piece& piece : pieces) {
-            const Vec3f r = piece.nearest(q);
-            const float d2 = (r - q).sqrnorm();
-            if (d2 < least) least = d2, rim = r;
-        }
-        if (least >= float(kNone * kNone)) continue;
-        const double d = std::sqrt(double(least));
-        const double time = front.wedgeArrival(p, phi, d, Vec3(rim[0], rim[1], rim[2]));
+        Vec3f rim;
+        const double d = rims.nearest({float(p[0]), float(p[1]), float(p[2])}, rim);
+        if (d >= kNone) continue;
+        const double time = front.wedgeArrival(p, phi, d, Vec3(rim[0], rim[1], rim[2]), 2 * toCoarse);
         if (time > 1e30) continue;
         const double scale = factor_ * front.scaleFor(d), wedge = scale * (time - double(front.stopTime)),
                      share = std::clamp((kNone - d) / (kNone - kOnly), 0.0, 1.0);
@@ -185,6 +183,7 @@ void RegionBuilder::clipBy(int i, int j, const Coord& origin, const OwnField& a,
     OwnField b;
     if (!load(j, origin, b)) return;
     const Bisector g(elements_[size_t(i)], elements_[size_t(j)]);
+    const double fine = factor_;
     const float stopA = fronts_[size_t(i)] ? fronts_[size_t(i)]->stopTime : 0,
                 stopB = fronts_[size_t(j)] ? fronts_[size_t(j)]->stopTime : 0, later = stopA - stopB;
     for (int v = 0; v < 512; ++v) {
@@ -192,7 +191,8 @@ void RegionBuilder::clipBy(int i, int j, const Coord& origin, const OwnField& a,
         const bool inA = a.phi[v] < 0, inB = b.phi[v] < 0;
         float taken;
         if (inA && inB) {
-            taken = std::min(-b.phi[v], float(g(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))))));
+            taken = std::min(
+                -b.phi[v], float(fine * g(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))) / fine)));
         } else if (scaleB > 0) {
             taken = inA ? -kBand : -std::min(b.phi[v], b.way[v]);
             if (scaleA > 0) {
@@ -265,6 +265,7 @@ Region RegionBuilder::build(int i) const {
 
 Region RegionBuilder::refine(int i, const Region& coarse) const {
     Region region(reach_[size_t(i)]);
+    region.reserve(coarse.size() * size_t(factor_ * factor_));
     const std::vector<int> rivals = rivalsOf(i);
     const int m = 8 / factor_;  // coarse voxels along a block
     std::vector<float> all(coarse.size() * 512);

@@ -25,29 +25,30 @@ struct OwnField {
 /// each term divided by the length of its gradient.
 class RegionBuilder {
   public:
-    /// The arguments must outlive the builder; `fronts` are by element, null where one does not grow.
-    RegionBuilder(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
-                  const std::vector<std::unique_ptr<Front>>& fronts, int factor);
+    /// The arguments must outlive the builder. `elements` and `fronts` (null where one does not grow) are coarse,
+    /// `base` and `placed` fine; a placed shape need only be there while a region is made that may meet it: rivalsOf.
+    RegionBuilder(const std::vector<WorkElement>& elements, const std::vector<WorkTree::Ptr>& placed,
+                  const openvdb::FloatTree* base, const std::vector<std::unique_ptr<Front>>& fronts, int factor);
 
     /// The region of an element on the fronts' own grid. Needs factor 1.
     Region build(int i) const;
     /// The same on the finer grid, around the surface of the coarse one.
     Region refine(int i, const Region& coarse) const;
-    /// False where the element has nothing in the block.
-    bool load(int i, const Coord& origin, OwnField& field) const;
-    /// Elements whose shape or front may reach into a box.
-    std::vector<int> meeting(const CoordBBox& box) const { return index_.meeting(box); }
+    /// The elements whose shapes or fronts may meet those of i, ascending, without i.
+    std::vector<int> rivalsOf(int i) const;
 
   private:
+    /// False where the element has nothing in the block.
+    bool load(int i, const Coord& origin, OwnField& field) const;
     void interpolate(const Front& front, const Coord& origin, OwnField& field) const;
     void mendNearRim(const Front& front, const Coord& origin, OwnField& field) const;
     void clipBy(int i, int j, const Coord& origin, const OwnField& own, float* clip) const;
     bool evaluate(int i, const std::vector<int>& rivals, const Coord& origin, float* own, float* clip,
                   float* slope) const;
     void addBlock(int i, const std::vector<int>& rivals, const Coord& origin, Region& region) const;
-    std::vector<int> rivalsOf(int i) const;
 
     const std::vector<WorkElement>& elements_;
+    const std::vector<WorkTree::Ptr>& placed_;
     const openvdb::FloatTree* base_;
     const std::vector<std::unique_ptr<Front>>& fronts_;
     int factor_, shift_;

@@ -3,7 +3,6 @@
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <algorithm>
-#include <array>
 
 #include "pavel/core/error.h"
 
@@ -66,24 +65,35 @@ void layOut(const openvdb::FloatTree& tree, float band, CanonicalField& f) {
 }
 
 /// Eight trilinear samples on a line; p in canonical voxels from `lower`.
-void sampleRow(const CanonicalField& f, std::array<float, 3> p, const float step[3], float* out) {
+PAVEL_WIDE void sampleRow(const CanonicalField& f, const float p[3], const float step[3], float* out) {
+    constexpr int kCorner[8] = {0, 1, 9, 10, 81, 82, 90, 91};
+    float u[8], v[8], w[8], c[8][8];
+    int ix[8], iy[8], iz[8];
+    bool within = true;
+    for (int k = 0; k < 3; ++k)
+        for (int n = 0; n < 8; n += 7) {
+            const float x = p[k] + float(n) * step[k];
+            within &= x >= 0 && x < 8.f * float(f.count[k]);
+        }
     for (int n = 0; n < 8; ++n) {
         const float x = p[0] + float(n) * step[0], y = p[1] + float(n) * step[1], z = p[2] + float(n) * step[2];
-        const int ix = int(std::floor(x)), iy = int(std::floor(y)), iz = int(std::floor(z));
-        const int bx = ix >> 3, by = iy >> 3, bz = iz >> 3;
-        if (unsigned(bx) >= unsigned(f.count[0]) || unsigned(by) >= unsigned(f.count[1]) ||
-            unsigned(bz) >= unsigned(f.count[2])) {
-            out[n] = f.values[0];
-            continue;
-        }
-        const int block = f.block[size_t((bx * f.count[1] + by) * f.count[2] + bz)];
-        const float* c =
-            &f.values[size_t(block) * CanonicalField::kCorners + size_t((ix & 7) * 81 + (iy & 7) * 9 + (iz & 7))];
-        const float u = x - float(ix), v = y - float(iy), w = z - float(iz);
-        const float a = c[0] + (c[1] - c[0]) * w, b = c[9] + (c[10] - c[9]) * w, d = c[81] + (c[82] - c[81]) * w,
-                    e = c[90] + (c[91] - c[90]) * w;
-        const float g = a + (b - a) * v, h = d + (e - d) * v;
-        out[n] = g + (h - g) * u;
+        ix[n] = int(x), iy[n] = int(y), iz[n] = int(z);
+        u[n] = x - float(ix[n]), v[n] = y - float(iy[n]), w[n] = z - float(iz[n]);
+    }
+    for (int n = 0; n < 8; ++n) {
+        const int bx = ix[n] >> 3, by = iy[n] >> 3, bz = iz[n] >> 3;
+        size_t block = 0;
+        if (within || (ix[n] >= 0 && iy[n] >= 0 && iz[n] >= 0 && bx < f.count[0] && by < f.count[1] && bz < f.count[2]))
+            block = size_t(f.block[size_t((bx * f.count[1] + by) * f.count[2] + bz)]);
+        const float* at =
+            f.values.data() + block * CanonicalField::kCorners + (ix[n] & 7) * 81 + (iy[n] & 7) * 9 + (iz[n] & 7);
+        for (int k = 0; k < 8; ++k) c[k][n] = at[kCorner[k]];
+    }
+    for (int n = 0; n < 8; ++n) {
+        const float a = c[0][n] + (c[1][n] - c[0][n]) * w[n], b = c[2][n] + (c[3][n] - c[2][n]) * w[n],
+                    d = c[4][n] + (c[5][n] - c[4][n]) * w[n], e = c[6][n] + (c[7][n] - c[6][n]) * w[n];
+        const float g = a + (b - a) * v[n], h = d + (e - d) * v[n];
+        out[n] = g + (h - g) * u[n];
     }
 }
 
@@ -141,7 +151,8 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
         for (int i = 0; i < 8; ++i)
             for (int j = 0; j < 8; ++j) {
                 const Vec3 p = start + double(i) * dx + double(j) * dy;
-                sampleRow(field, {float(p[0]), float(p[1]), float(p[2])}, dz, out);
+                const float from[3] = {float(p[0]), float(p[1]), float(p[2])};
+                sampleRow(field, from, dz, out);
                 out += 8;
             }
         bool near = false;
@@ -159,7 +170,7 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
 }
 
 openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize) {
-    return meshToLevelSet(mesh, voxelSize, kBand);
+    return meshToLevelSet(mesh, voxelSize, kBaseBand);
 }
 
 }  // namespace pavel

@@ -26,7 +26,9 @@ CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, do
 /// Level set of one placement, half width kBand. indexFromElement carries the placement's scale / h.
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement);
 
-/// Narrow band of the base, half width kBand, in voxels.
+/// Half width of the base's band in work: only its surface matters.
+constexpr float kBaseBand = 2;
+/// Narrow band of the base, half width kBaseBand, in voxels.
 openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize);
 
 /// Level set of any closed mesh at a voxel size, in voxels (rendering).

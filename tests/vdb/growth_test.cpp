@@ -47,8 +47,9 @@ Pair grownPair(double distance, Material material) {
     p.growth = std::make_unique<Growth>(p.elements, nullptr, std::vector<Material>{material});
     RunContext context;
     p.growth->march(context);
-    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, context);
-    const RegionBuilder builder(p.elements, nullptr, p.growth->fronts(), 1);
+    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, context);
+    const std::vector<WorkTree::Ptr> placed{p.elements[0].placed, p.elements[1].placed};
+    const RegionBuilder builder(p.elements, placed, nullptr, p.growth->fronts(), 1);
     for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)));
     return p;
 }

@@ -22,7 +22,7 @@ struct SmallScene {
     SmallScene() {
         kinds[0].mesh = makeShape("pearl", {{"radius", 9}});
         kinds[1].mesh = makeShape("pebble", {{"length", 20}, {"width", 17}, {"height", 14}});
-        for (ElementKind& k : kinds) k.footprint = footprintArea(k.mesh), k.diagonal = meshBounds(k.mesh).diagonal();
+        for (ElementKind& k : kinds) k.footprint = footprintArea(k.mesh);
         const Surface surface(base);
         CvtOptions options;
         options.iterations = 30;
