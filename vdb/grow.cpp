@@ -91,9 +91,8 @@ void Growth::march(const RunContext& context) {
     }
 }
 
-StopShift solveShift(const Region& region, double target, double most) {
+StopShift solveShift(const Region& region, double target, double most, double close) {
     constexpr int kSteps = 5;
-    constexpr double kClose = 2e-5;
     StopShift s;
     double voxels, slope;
     region.frontArea(voxels, slope);
@@ -102,7 +101,7 @@ StopShift solveShift(const Region& region, double target, double most) {
     if (!(slope > 0)) return s;
     s.reach = voxels / slope;
     double early = -most * s.reach, late = most * s.reach;
-    for (int step = 0; step < kSteps && std::abs(target - volume) > kClose * target; ++step) {
+    for (int step = 0; step < kSteps && std::abs(target - volume) > close * target; ++step) {
         const double before = s.later, atBefore = volume;
         (volume < target ? early : late) = before;
         s.later = std::clamp(before + (target - volume) / slope, -most * s.reach, most * s.reach);
@@ -139,7 +138,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, co
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
         context.progress("growth", 0.6 + 0.2 * std::min(1.0, double(round) / kRounds));
         const RegionBuilder builder(elements_, placed, base_, fronts_, 1);
-        each(open, [&](int i) { shifts[size_t(i)] = solveShift(builder.build(i), targets[size_t(i)], 1); });
+        each(open, [&](int i) { shifts[size_t(i)] = solveShift(builder.build(i), targets[size_t(i)], 1, 1e-4); });
         std::vector<char> moved(n, 0), goesOn(n, 0);
         for (int i : open) {
             StopShift& s = shifts[size_t(i)];

@@ -38,12 +38,12 @@ class Growth {
 };
 
 /// How much later the front of a region must stop for a volume (voxels); negative: earlier. At most the time in which
-/// it moves by `most` voxels.
+/// it moves by `most` voxels. `close`: share of the volume that may be left over.
 struct StopShift {
     double later = 0;    ///< solves, or comes as near as `most` allows
     double missing = 0;  ///< volume that was missing before
     double reach = 0;    ///< time in which the front moves by a voxel; 0 where nothing moves
 };
-StopShift solveShift(const Region& region, double target, double most);
+StopShift solveShift(const Region& region, double target, double most, double close);
 
 }  // namespace pavel

@@ -305,7 +305,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             if (coarse[i].bodyVoxels) {
                 Region region = onCoarse.build(element);
                 if (factor > 1) region = onFine.refine(element, region);
-                const StopShift s = solveShift(region, target, 0.5);
+                const StopShift s = solveShift(region, target, 0.5, 2e-4);
                 const bool mayGrow = !f || !f->exhausted;
                 if (f && (mayGrow || s.missing < 0)) region.advance(s.later);
                 grids.elements[i] = redistanced(region);

@@ -9,7 +9,7 @@ namespace pavel {
 namespace {
 
 /// Largest window, in blocks a side; the outer layer is halo.
-constexpr int kMostBlocks = 14;
+constexpr int kMostBlocks = 20;
 /// Voxels at a window's rim that only lend their values.
 constexpr int kMargin = 4;
 /// Nearer to both fields than this, a voxel may have its foot on the crease between them.
@@ -55,12 +55,15 @@ class Window {
                 for (int z = 0; z < cells_[2]; z += 2) {
                     const BlockValues& f = source_[size_t(block(x / 2, y / 2, z / 2))] =
                         values(origin.offsetBy(4 * x, 4 * y, 4 * z));
+                    signed char signs[8];
+                    if (f.own)
+                        signsOf(f, signs);
+                    else
+                        std::fill(signs, signs + 8, f.tile < 0 ? -1 : 1);
                     for (int c = 0; c < 8; ++c) {
-                        const int u = c >> 2, v = c >> 1 & 1, w = c & 1;
-                        const int sign = f.own ? signOf(f, u * 256 + v * 32 + w * 4) : f.tile < 0 ? -1 : 1;
-                        sign_[size_t(cell(x + u, y + v, z + w))] = static_cast<signed char>(sign);
-                        in |= sign <= 0;
-                        out |= sign >= 0;
+                        sign_[size_t(cell(x + (c >> 2), y + (c >> 1 & 1), z + (c & 1)))] = signs[c];
+                        in |= signs[c] <= 0;
+                        out |= signs[c] >= 0;
                     }
                 }
         if (!in || !out) return false;
@@ -122,16 +125,19 @@ class Window {
     int block(int x, int y, int z) const { return (x * (cells_[1] / 2) + y) * (cells_[2] / 2) + z; }
     int index(int x, int y, int z) const { return x * dx_ + y * dy_ + z; }
 
-    /// -1 inside, 1 outside, 0 mixed: the 4^3 voxels from an offset in a block.
-    static int signOf(const BlockValues& f, int at) {
-        int negative = 0;
-        for (int x = 0; x < 4; ++x)
-            for (int y = 0; y < 4; ++y)
-                for (int z = 0; z < 4; ++z) {
-                    const int v = at + x * 64 + y * 8 + z;
-                    negative += f.own[v] < 0 && (!f.clip || f.clip[v] < 0);
-                }
-        return negative == 0 ? 1 : negative == 64 ? -1 : 0;
+    /// -1 inside, 1 outside, 0 mixed for the eight cells of a block.
+    static void signsOf(const BlockValues& f, signed char* signs) {
+        int negative[8] = {};
+        for (int row = 0; row < 64; ++row) {
+            const float *own = f.own + row * 8, *clip = f.clip ? f.clip + row * 8 : own;
+            int lo = 0, hi = 0;
+            for (int z = 0; z < 4; ++z) lo += (own[z] < 0) & (clip[z] < 0);
+            for (int z = 4; z < 8; ++z) hi += (own[z] < 0) & (clip[z] < 0);
+            const int c = (row >> 5) * 4 + (row >> 2 & 1) * 2;
+            negative[c] += lo, negative[c + 1] += hi;
+        }
+        for (int c = 0; c < 8; ++c)
+            signs[c] = static_cast<signed char>(negative[c] == 0 ? 1 : negative[c] == 64 ? -1 : 0);
     }
 
     /// A cell of one sign whose face neighbours have the same holds no voxel beside the surface.
@@ -306,7 +312,7 @@ class Window {
                 const float ex = float(x) - p[0], ey = float(y) - p[1], ez = float(z) - p[2];
                 const float d2 = ex * ex + ey * ey + ez * ez;
                 const size_t n = size_t(index(x, y, z));
-                if (!used_[size_t(cell(x >> 2, y >> 2, z >> 2))] || d2 >= distance2_[n]) return;
+                if (d2 >= distance2_[n] || !used_[size_t(cell(x >> 2, y >> 2, z >> 2))]) return;
                 distance2_[n] = d2;
                 if (nearest_[n] < 0) touched_[size_t(block(x >> 3, y >> 3, z >> 3))] = 1;
                 nearest_[n] = foot;
