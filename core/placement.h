@@ -14,6 +14,7 @@ struct ElementKind {
     std::string name;
     TriangleMesh mesh;
     double weight = 1;
+    double stiffness = 1;       ///< share of an overlap that it keeps; infinity: rigid, it neither loses nor grows
     double sink = 0;            ///< depth of the origin below the surface
     double footprint = 0;       ///< area of the projection along +z
     Vec3 color{0.8, 0.8, 0.8};  ///< sRGB in [0, 1]

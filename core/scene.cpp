@@ -55,6 +55,7 @@ void validate(const Scene& s) {
         static const std::set<std::string> axes = {"x", "y", "z", "-x", "-y", "-z"};
         need(axes.count(e.up), where + ".up must be one of x, y, z, -x, -y, -z");
         checkMaterial(e.a.value_or(s.material.a), e.b.value_or(s.material.b), where + ".material");
+        need(e.stiffness > 0, where + ".stiffness must be above 0, or \"rigid\"");
         weights += e.weight;
     }
     need(weights > 0, "elements: at least one weight must be above 0");

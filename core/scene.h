@@ -27,6 +27,7 @@ struct ElementOptions {
     double scale = 1;
     std::string up = "z";  ///< axis of a mesh that points away from the surface: x y z -x -y -z
     double weight = 1;
+    double stiffness = 1;  ///< infinity: rigid
     std::string color;  ///< #rrggbb; empty: one of the built-in palette
     double sink = 0;
     std::optional<double> a, b;
@@ -57,6 +58,7 @@ struct OrientationOptions {
 
 struct MaterialOptions {
     double a = 0.1, b = 0.3;
+    std::string baseLoss = "recover";  ///< recover | cut: whether what sinks into the base grows back
 };
 
 struct OutputOptions {

@@ -101,7 +101,11 @@ ElementOptions readElement(const json& j, const std::string& path) {
                              e.color.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos))
         throw InputError(path + ".color: write it as \"#rrggbb\"");
     r.get("sink", e.sink);
-    r.notYet("stiffness", 1);
+    if (const json* k = r.find("stiffness")) {
+        const bool rigid = k->is_string() && k->get<std::string>() == "rigid";
+        if (!rigid && !k->is_number()) throw InputError(path + ".stiffness: must be a number above 0, or \"rigid\"");
+        e.stiffness = rigid ? std::numeric_limits<double>::infinity() : k->get<double>();
+    }
     if (const json* m = r.find("material")) {
         JsonReader material(*m, path + ".material");
         material.get("a", e.a);
@@ -254,7 +258,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
             m.get("b", s.material.b);
             m.notYet("contact", "center");
             m.notYet("gap", 0);
-            m.notYet("base_loss", "recover");
+            m.choice("base_loss", s.material.baseLoss, {"recover", "cut"});
             m.finish();
         }
         if (const json* j = r.find("output")) s.output = readOutput(*j);
@@ -296,7 +300,8 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
         j["scale"] = e.scale;
         j["weight"] = e.weight;
         if (!e.color.empty()) j["color"] = e.color;
-        j["stiffness"] = 1;
+        j["stiffness"] =
+            std::isinf(e.stiffness) ? nlohmann::ordered_json("rigid") : nlohmann::ordered_json(e.stiffness);
         j["sink"] = e.sink;
         j["material"] = {{"a", e.a.value_or(s.material.a)}, {"b", e.b.value_or(s.material.b)}};
         root["elements"].push_back(j);
@@ -329,8 +334,11 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
     root["assignment"] = "random";
     root["variation"] = {{"size", s.sizeVariation}};
     root["refine"] = {{"iterations", 0}};
-    root["material"] = {
-        {"a", s.material.a}, {"b", s.material.b}, {"contact", "center"}, {"gap", 0}, {"base_loss", "recover"}};
+    root["material"] = {{"a", s.material.a},
+                        {"b", s.material.b},
+                        {"contact", "center"},
+                        {"gap", 0},
+                        {"base_loss", s.material.baseLoss}};
     root["output"] = {{"vdb", s.output.vdb},        {"fog", s.output.fog},
                       {"half", s.output.half},      {"elements", s.output.separate ? "separate" : "merged"},
                       {"mesh", s.output.mesh},      {"with_base", s.output.withBase},

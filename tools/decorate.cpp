@@ -121,6 +121,7 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     for (const ElementOptions& e : scene.elements)
         options.kindMaterial.emplace_back(e.a.value_or(scene.material.a), e.b.value_or(scene.material.b));
     options.solidWithBase = scene.output.withBase;
+    options.recoverBaseLoss = scene.material.baseLoss == "recover";
     const Packing packing = pack(base, kinds, placed, options, context);
 
     Report report;

@@ -67,6 +67,7 @@ std::vector<ElementKind> loadKinds(const Scene& scene, RunContext& context) {
         k.mesh.groups.clear();
         k.mesh.groupNames.clear();
         k.weight = e.weight;
+        k.stiffness = e.stiffness;
         k.sink = e.sink;
         k.footprint = footprintArea(k.mesh);
         k.color = parseColor(e.color.empty() ? kPalette[kinds.size() % std::size(kPalette)] : e.color);

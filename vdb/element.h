@@ -15,6 +15,7 @@ struct WorkElement {
     int kind = 0;
     Frame indexFromElement;
     Vec3 centre{0, 0, 0};             ///< centroid of the placed volume
+    double stiffness = 1;             ///< infinity: rigid
     double size = 0;                  ///< diagonal of the bounding box in the element's own frame: the unit of a and b
     CoordBBox box;                    ///< of the placed level set, its band included
     WorkTree::Ptr placed;             ///< level set as placed
@@ -23,11 +24,12 @@ struct WorkElement {
     std::vector<int> contacts;        ///< indices of those that it shares a contact surface with
     std::vector<MaskedBlock> strays;  ///< pieces that the trim cut off, erased from `placed`
     double placedVolume = 0, bodyVolume = 0;
+    double targetVolume = 0;  ///< placed, less what the base cuts off for good
     uint64_t placedVoxels = 0, bodyVoxels = 0;
     std::shared_ptr<ContactDistance> contact;
 
     /// Volume to win back by growing.
-    double lost() const { return placedVolume - bodyVolume; }
+    double lost() const { return targetVolume - bodyVolume; }
 };
 
 /// The boxes of all, in order.
@@ -38,15 +40,23 @@ inline std::vector<CoordBBox> boxesOf(const std::vector<WorkElement>& elements) 
 }
 
 /// Distance to the bisector of two elements' centres, positive on the other's side: who keeps a contested point (paper:
-/// the nearest centre). Exactly antisymmetric; coincident centres go to the lower id.
+/// the nearest centre). Distances are weighed by stiffness, |x - c| / k: equal ones give a plane, others a sphere of
+/// Apollonius, and a rigid element keeps everything. Exactly antisymmetric; coincident centres, and two rigid ones, go
+/// to the lower id.
 class Bisector {
   public:
     Bisector(const WorkElement& own, const WorkElement& other);
-    double operator()(const Vec3& p) const { return sign_ * (dot(p, normal_) - offset_); }
+    double operator()(const Vec3& p) const {
+        return sign_ * (weighted_ ? weightedDistance(p) : dot(p, normal_) - offset_);
+    }
 
   private:
+    double weightedDistance(const Vec3& p) const;
     Vec3 normal_{0, 0, 0};
     double offset_ = 0, sign_ = 1;
+    bool weighted_ = false;
+    Vec3 low_{0, 0, 0}, high_{0, 0, 0};  // centres, and what they are divided by
+    double lowStiffness_ = 1, highStiffness_ = 1;
 };
 
 }  // namespace pavel

@@ -22,10 +22,10 @@ Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTre
     : elements_(elements), base_(base), claims_(elements, base), fronts_(elements.size()) {
     double most = 0;
     for (const WorkElement& e : elements)
-        if (e.bodyVoxels) most = std::max(most, e.lost() / e.placedVolume);
+        if (e.bodyVoxels && !std::isinf(e.stiffness)) most = std::max(most, e.lost() / e.placedVolume);
     for (size_t i = 0; i < elements.size(); ++i) {
         const WorkElement& e = elements[i];
-        const double share = e.placedVolume > 0 ? e.lost() / e.placedVolume : 0;
+        const double share = e.placedVolume > 0 && !std::isinf(e.stiffness) ? e.lost() / e.placedVolume : 0;
         if (!e.bodyVoxels || share < 1e-5 || !e.contact || e.contact->empty()) continue;
         const Material& m = materials[size_t(e.kind)];
         fronts_[i] = std::make_unique<Front>(e, claims_, m.a, m.b, share / most);

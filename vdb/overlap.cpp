@@ -87,12 +87,23 @@ Bisector::Bisector(const WorkElement& own, const WorkElement& other) {
     sign_ = own.id < other.id ? 1 : -1;
     const Vec3 d = hi.centre - lo.centre;
     const double l = length(d);
-    if (l < 1e-6) {
-        offset_ = 1e6;  // everything lies on the lower id's side
+    const bool loRigid = std::isinf(lo.stiffness), hiRigid = std::isinf(hi.stiffness);
+    if (l < 1e-6 || loRigid || hiRigid) {
+        offset_ = hiRigid && !loRigid ? -1e6 : 1e6;  // everything lies on one side
         return;
     }
+    weighted_ = lo.stiffness != hi.stiffness;
+    low_ = lo.centre, high_ = hi.centre;
+    lowStiffness_ = lo.stiffness, highStiffness_ = hi.stiffness;
     normal_ = d / l;
     offset_ = dot(0.5 * (lo.centre + hi.centre), normal_);
+}
+
+double Bisector::weightedDistance(const Vec3& p) const {
+    const Vec3 a = p - low_, b = p - high_;
+    const double la = std::max(length(a), 1e-9), lb = std::max(length(b), 1e-9);
+    const Vec3 slope = a / (la * lowStiffness_) - b / (lb * highStiffness_);
+    return (la / lowStiffness_ - lb / highStiffness_) / std::max(length(slope), 1e-9);
 }
 
 void findNeighbours(std::vector<WorkElement>& elements) {
@@ -104,8 +115,14 @@ void findNeighbours(std::vector<WorkElement>& elements) {
     }
 }
 
-void trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base) {
+void trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
+                 bool recoverBaseLoss) {
     element.body = std::make_shared<WorkTree>(*element.placed);
+    element.targetVolume = element.placedVolume;
+    if (base && (!recoverBaseLoss || std::isinf(element.stiffness))) {
+        trimByBase(element, *base);
+        element.targetVolume = measureInside(*element.body).volume;
+    }
     for (int n : element.neighbours) trimByNeighbour(element, all[size_t(n)]);
     if (base) trimByBase(element, *base);
     tidy(*element.body);
@@ -139,7 +156,8 @@ void erase(WorkTree& tree, const std::vector<MaskedBlock>& voxels) {
     }
 }
 
-void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree* base, const RunContext& context) {
+void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree* base, bool recoverBaseLoss,
+                    const RunContext& context) {
     constexpr int kRounds = 3;
     findNeighbours(elements);
     std::vector<int> open(elements.size());
@@ -151,7 +169,7 @@ void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree
         context.progress("overlap", 0.3 * round);
         std::vector<std::vector<MaskedBlock>> strays(elements.size());
         each(open, [&](WorkElement& e) {
-            trimElement(e, elements, base);
+            trimElement(e, elements, base, recoverBaseLoss);
             strays[size_t(e.id) - 1] = findStrays(*e.body);
         });
         std::vector<int> again;
@@ -167,7 +185,7 @@ void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree
         again.erase(std::unique(again.begin(), again.end()), again.end());
         open = std::move(again);
     }
-    each(open, [&](WorkElement& e) { trimElement(e, elements, base); });
+    each(open, [&](WorkElement& e) { trimElement(e, elements, base, recoverBaseLoss); });
     context.progress("overlap", 0.9);
     tbb::parallel_for(size_t(0), elements.size(), [&](size_t i) {
         if (elements[i].bodyVoxels) findContacts(elements[i], elements, base);

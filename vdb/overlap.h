@@ -13,7 +13,8 @@ void findNeighbours(std::vector<WorkElement>& elements);
 
 /// Makes the body of one element from the placed level sets of its neighbours and the base (voxels, may be null).
 /// Reads the other elements' `placed` only: safe to run in parallel.
-void trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base);
+void trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
+                 bool recoverBaseLoss = true);
 
 /// The pieces of {phi < 0} besides the largest.
 std::vector<MaskedBlock> findStrays(const WorkTree& tree);
@@ -22,6 +23,8 @@ void erase(WorkTree& tree, const std::vector<MaskedBlock>& voxels);
 
 /// Neighbours, bodies and contacts of all elements. A piece that the trim cuts off its element is erased from the
 /// placed level set, so that it goes to the next element that contains it, or is free.
-void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree* base, const RunContext& context);
+/// Volume lost to the base counts as lost, to be grown back, where `recoverBaseLoss`; rigid elements never get it back.
+void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree* base, bool recoverBaseLoss,
+                    const RunContext& context);
 
 }  // namespace pavel

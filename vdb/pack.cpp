@@ -90,7 +90,7 @@ Frame indexFrame(const PlacedElement& p, double h) {
     return f;
 }
 
-std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields,
+std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields, const std::vector<ElementKind>& kinds,
                                      const std::vector<PlacedElement>& placed, double h, const RunContext& context) {
     std::vector<WorkElement> elements(placed.size());
     forEachElement(placed.size(), context, "voxelize", 0.1, 1, [&](size_t i) {
@@ -98,6 +98,7 @@ std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields,
         const CanonicalField& field = fields[size_t(placed[i].kind)];
         e.id = placed[i].id;
         e.kind = placed[i].kind;
+        e.stiffness = kinds[size_t(e.kind)].stiffness;
         e.indexFromElement = indexFrame(placed[i], h);
         e.centre = e.indexFromElement.apply(field.centroid);
         e.size = field.bounds.diagonal() * e.indexFromElement.scale;
@@ -251,11 +252,11 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             coarseBase = voxelizeBase(baseMesh, coarseH)->treePtr();
             fields = canonicalFields(kinds, placed, h);
         }
-        coarse = voxelizeAll(canonicalFields(kinds, placed, coarseH), placed, coarseH, context);
+        coarse = voxelizeAll(canonicalFields(kinds, placed, coarseH), kinds, placed, coarseH, context);
     }
     {
         const StageTimer timer(context, "overlap");
-        resolveOverlap(coarse, coarseBase.get(), context);
+        resolveOverlap(coarse, coarseBase.get(), options.recoverBaseLoss, context);
     }
     std::vector<Material> materials(kinds.size(), Material{options.a, options.b});
     for (size_t k = 0; k < options.kindMaterial.size(); ++k)
@@ -265,7 +266,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         const StageTimer timer(context, "growth");
         growth.march(context);
         std::vector<double> targets(n);
-        for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].placedVolume;
+        for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].targetVolume;
         growth.solveStopTimes(targets, factor > 1 ? 0.2 : 0.02, context);
     }
     {
@@ -296,17 +297,19 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const Front* f = growth.front(element);
             shapes.acquire(element);
             for (int j : rivals[i]) shapes.acquire(j);
-            const double target = shapes.measure(element).volume;
+            const double initial = shapes.measure(element).volume,
+                         target = initial * coarse[i].targetVolume / std::max(coarse[i].placedVolume, 1e-9);
             voxels[i] = shapes.measure(element).voxels;
             r.id = coarse[i].id;
-            r.initialVolume = r.targetVolume = target * h3;
+            r.initialVolume = initial * h3;
+            r.targetVolume = target * h3;
             r.lostVolume = coarse[i].lost() * coarseH * coarseH * coarseH;
             for (int c : coarse[i].contacts) r.contacts.push_back(coarse[size_t(c)].id);
             if (coarse[i].bodyVoxels) {
                 Region region = onCoarse.build(element);
                 if (factor > 1) region = onFine.refine(element, region);
                 const StopShift s = solveShift(region, target, 0.5, 2e-4);
-                const bool mayGrow = !f || !f->exhausted;
+                const bool mayGrow = f ? !f->exhausted : !std::isinf(coarse[i].stiffness);
                 if (f && (mayGrow || s.missing < 0)) region.advance(s.later);
                 grids.elements[i] = redistanced(region);
                 r.finalVolume = settleVolume(*grids.elements[i], target, mayGrow) * h3;

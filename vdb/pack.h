@@ -14,6 +14,7 @@ struct PackOptions {
     double voxelSize = 1;                                 ///< h, scene units
     double a = 0.1, b = 0.3;                              ///< volume recovery function, shares of an element's size
     std::vector<std::pair<double, double>> kindMaterial;  ///< a, b by kind; empty: the two above for all
+    bool recoverBaseLoss = true;                          ///< what lies in the base grows back; else it is cut
     bool surface = true;                                  ///< make the fused surface and the ids
     bool solidWithBase = false;                           ///< also make the fused solid of elements and base
 };
@@ -38,6 +39,7 @@ struct Packing {
 };
 
 /// @param base a closed solid
+/// Rigid elements (ElementKind::stiffness) are only cut by the base and by each other, and do not grow.
 /// @throws RunError; Interrupted when the context is cancelled
 /// Elements that are swallowed or walled in are named in the context's warnings and in their results. The result does
 /// not depend on the number of threads. Memory follows the elements' surfaces and the regrown volume.

@@ -102,7 +102,7 @@ TEST(SceneJson, WhatIsNotThereYetIsRefused) {
     for (const char* set :
          {"seeding.method=stripes", "seeding.offset=2", "seeding.offset=auto", "orientation.rotation=field",
           "assignment=alternate", "refine.iterations=5", "material.contact=depth", "material.gap=0.1",
-          "material.base_loss=cut", "elements.0.stiffness=rigid", "output.mesh=[\"3mf\"]",
+          "output.mesh=[\"3mf\"]",
           "output.remesh={\"vertices\":10}", "shell={}", "seeding.region={\"height\":[0,1]}", "seeding=[]"}) {
         const std::string e = errorOf(kScene, {set});
         EXPECT_NE(e.find("not available yet"), std::string::npos) << set << ": " << e;

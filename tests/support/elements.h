@@ -31,7 +31,7 @@ inline std::vector<WorkElement> elementsAt(const TriangleMesh& mesh, const std::
 /// Neighbours, bodies and contacts of all.
 inline void resolve(std::vector<WorkElement>& elements, const openvdb::FloatTree* base = nullptr) {
     const RunContext context;
-    resolveOverlap(elements, base, context);
+    resolveOverlap(elements, base, true, context);
 }
 
 inline double ballVolume(double r) {

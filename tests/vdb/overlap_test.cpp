@@ -81,6 +81,39 @@ TEST(Trim, SphereOnAPlane) {
     }
 }
 
+TEST(Trim, WhatSinksIntoTheBaseIsCutForGoodWhereAsked) {
+    constexpr double r = 20, sunk = 7;
+    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, r - sunk}});
+    const auto base = voxelizeBase(test::box({-60, -60, -30}, {60, 60, 0}), 1);
+    resolveOverlap(e, &base->tree(), false, RunContext());
+    EXPECT_NEAR(e[0].targetVolume / (test::ballVolume(r) - test::capVolume(r, sunk)), 1, 2e-3);
+    EXPECT_NEAR(e[0].lost(), 0, 1e-6);
+}
+
+TEST(Trim, StifferSphereKeepsMoreAndNothingIsLostBetweenThem) {
+    constexpr double r = 20, d = 30;
+    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, 0}, {d, 0, 0}});
+    e[0].stiffness = 1.5;
+    test::resolve(e);
+    const double lens = 2 * test::capVolume(r, r - d / 2);
+    EXPECT_NEAR((e[0].lost() + e[1].lost()) / lens, 1, 0.01);
+    EXPECT_LT(e[0].lost(), 0.7 * e[1].lost());
+    // The face is a sphere of Apollonius: |x - c0| / 1.5 = |x - c1|.
+    const WorkReader a(*e[0].body), b(*e[1].body);
+    const double x = d * 1.5 / 2.5;
+    EXPECT_NEAR(sampleAt(a, {x, 0, 0}), 0, 0.02);
+    EXPECT_NEAR(sampleAt(b, {x, 0, 0}), 0, 0.02);
+}
+
+TEST(Trim, ARigidSphereLosesNothing) {
+    constexpr double r = 20, d = 30;
+    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, 0}, {d, 0, 0}});
+    e[1].stiffness = std::numeric_limits<double>::infinity();
+    test::resolve(e);
+    EXPECT_NEAR(e[1].lost(), 0, 1e-6);
+    EXPECT_NEAR(e[0].lost() / (2 * test::capVolume(r, r - d / 2)), 1, 0.01);
+}
+
 TEST(Trim, CoincidentElementsGoToTheLowerId) {
     auto e = test::elementsAt(test::sphere(12), {{0, 0, 0}, {0, 0, 0}});
     test::resolve(e);
