@@ -204,15 +204,18 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
     const BaseReader solid(base ? *base : nothing);
     const auto inBase = [&](const Vec3& p) { return base ? -sampleAt(solid, p) : -double(kBand); };
 
-    // Points of the rim lie near surface voxels where the taken region's boundary passes, too.
-    const auto rimWith = [&](const auto& taken, const CoordBBox& box, int self) {
+    // Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(origin, v): its
+    // value at a voxel, without interpolation.
+    const auto rimWith = [&](const auto& taken, const auto& near, const CoordBBox& box, int self) {
         std::vector<Vec3f> points;
         forEachBlock(box, [&](const Coord& origin) {
             const WorkLeaf* leaf = e.placed->probeConstLeaf(origin);
             if (!leaf) return;
-            for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) {
-                if (std::abs(leaf->getValue(v)) > 0.87f) continue;
-                Vec3 p = centreOf(leaf->offsetToGlobalCoord(v));
+            const auto valueAt = near(origin);
+            if (!valueAt) return;
+            for (int v = 0; v < 512; ++v) {
+                if (std::abs(leaf->buffer().data()[v]) > 0.87f || std::abs(valueAt(v)) > 0.87f) continue;
+                Vec3 p = centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
                 if (std::abs(taken(p)) > 0.87 || !snapToCurve(taken, onSurface, p)) continue;
                 bool covered = self >= 0 && inBase(p) > 0.3;
                 for (const Cutter& c : cutters) covered |= c.index != self && c(p) > 0.3;
@@ -221,17 +224,45 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         });
         return thinned(std::move(points));
     };
+    /// Values of a leaf, or none.
+    struct LeafValues {
+        const float* values = nullptr;
+        explicit operator bool() const { return values; }
+        float operator()(int v) const { return values[v]; }
+    };
+    struct CutterValues {
+        const float* values;  // null: all inside
+        const Bisector* g;
+        Coord origin;
+        bool any;
+        explicit operator bool() const { return any; }
+        float operator()(int v) const {
+            const float in = values ? -values[v] : kBand;
+            if (in < -0.87f) return in;
+            return std::min(in, float((*g)(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))))));
+        }
+    };
+    const auto nearBase = [&](const Coord& origin) {
+        const auto* leaf = solid.probeConstLeaf(origin);
+        return LeafValues{leaf ? leaf->buffer().data() : nullptr};
+    };
     for (const Cutter& c : cutters) {
         CoordBBox shared = e.box;
         shared.intersect(all[size_t(c.index)].box);
         if (shared.empty()) continue;
-        std::vector<Vec3f> points = rimWith(c, shared, c.index);
+        // The rim lies on the other's surface, or, where that is the farther one, on the bisector within it.
+        const auto nearCutter = [&](const Coord& origin) {
+            const WorkLeaf* leaf = all[size_t(c.index)].placed->probeConstLeaf(origin);
+            const bool inside = !leaf && all[size_t(c.index)].placed->getValue(origin) < 0;
+            return CutterValues{leaf ? leaf->buffer().data() : nullptr, &c.g, origin, leaf || inside};
+        };
+        std::vector<Vec3f> points = rimWith(c, nearCutter, shared, c.index);
         if (points.empty()) continue;
         e.contacts.push_back(c.index);
         e.contact->addRim(points);
     }
     if (e.contact->empty() && base && e.lost() > 0) {
-        std::vector<Vec3f> points = rimWith(inBase, e.box, -1);
+        std::vector<Vec3f> points = rimWith(inBase, nearBase, e.box, -1);
         if (!points.empty()) e.contact->addRim(points);
     }
 }
