@@ -54,18 +54,16 @@ void inOrder(const std::vector<int>& order, const RunContext& context, const cha
     context.progress(stage, to);
 }
 
-/// Coarse voxels across the thinnest element, at least, on the grid that fronts march on.
-constexpr double kCoarseAcross = 24;
-
 /// How many times coarser than the result fronts may march: 1, 2, 4 or 8.
-int coarseFactor(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, double h) {
+int coarseFactor(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, double h,
+                 double across) {
     double thinnest = 1e300;
     std::vector<double> thickness;
     for (const ElementKind& k : kinds) thickness.push_back(meshBounds(k.mesh).size().min());
     for (const PlacedElement& p : placed)
         thinnest = std::min(thinnest, thickness[size_t(p.kind)] * p.worldFromElement.scale / h);
     int factor = 1;
-    while (factor < 8 && thinnest / (2 * factor) >= kCoarseAcross) factor *= 2;
+    while (factor < 8 && thinnest / (2 * factor) >= across) factor *= 2;
     return factor;
 }
 
@@ -230,7 +228,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
              const std::vector<PlacedElement>& placed, const PackOptions& options, RunContext& context) {
     const double h = options.voxelSize, h3 = h * h * h;
     const size_t n = placed.size();
-    const int factor = coarseFactor(kinds, placed, h);
+    const int factor = coarseFactor(kinds, placed, h, options.marchAcross);
     const double coarseH = h * factor;
     openvdb::initialize();
     Packing result;

@@ -14,9 +14,12 @@ struct PackOptions {
     double voxelSize = 1;                                 ///< h, scene units
     double a = 0.1, b = 0.3;                              ///< volume recovery function, shares of an element's size
     std::vector<std::pair<double, double>> kindMaterial;  ///< a, b by kind; empty: the two above for all
-    bool recoverBaseLoss = true;                          ///< what lies in the base grows back; else it is cut
-    bool surface = true;                                  ///< make the fused surface and the ids
-    bool solidWithBase = false;                           ///< also make the fused solid of elements and base
+    /// Voxels across the thinnest element on the grid that fronts march on, at least. Arrival times are smooth, so that
+    /// a grid 2, 4 or 8 times coarser than the result will do; infinity: march on the result's own grid.
+    double marchAcross = 24;
+    bool recoverBaseLoss = true;  ///< what lies in the base grows back; else it is cut
+    bool surface = true;          ///< make the fused surface and the ids
+    bool solidWithBase = false;   ///< also make the fused solid of elements and base
 };
 
 /// Volumes in scene units^3, one sub-voxel measure throughout.

@@ -66,6 +66,62 @@ TEST(Pack, EveryElementKeepsItsVolume) {
     EXPECT_LT(lost / initial, 0.4);
 }
 
+/// The elements around the north pole, 50 voxels across.
+Packing packCap(double marchAcross, int threads = 2) {
+    SmallScene scene;
+    std::vector<PlacedElement> cap;
+    for (const PlacedElement& p : scene.placed)
+        if (p.worldFromElement.origin[2] > 3 + 18) cap.push_back(p);
+    for (size_t i = 0; i < cap.size(); ++i) cap[i].id = int(i) + 1;
+    RunContext context;
+    PackOptions options;
+    options.voxelSize = 0.28;  // the thinnest is 50 voxels across: fronts march on a grid twice as coarse
+    options.surface = false;
+    options.marchAcross = marchAcross;
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+    return pack(scene.base, scene.kinds, cap, options, context);
+}
+
+TEST(Pack, MarchingOnACoarserGridGivesTheSameShapes) {
+    const Packing fast = packCap(24), plain = packCap(1e9);
+    ASSERT_GE(fast.elements.size(), 6u);
+    uint64_t differ = 0;
+    double gradient = 0;
+    for (size_t i = 0; i < fast.elements.size(); ++i) {
+        for (const Packing* p : {&fast, &plain}) {
+            const ElementResult& e = p->elements[i];
+            EXPECT_NEAR(e.finalVolume / e.targetVolume, 1, 5e-4) << e.id;
+            EXPECT_EQ(e.unrecoveredVolume, 0) << e.id;
+        }
+        gradient = std::max(gradient, test::gradientError(*fast.grids->elements[i]));
+        const WorkReader a(*fast.grids->elements[i]), b(*plain.grids->elements[i]);
+        CoordBBox box;
+        fast.grids->elements[i]->evalLeafBoundingBox(box);
+        for (auto it = box.begin(); it; ++it) differ += (a.getValue(*it) < 0) != (b.getValue(*it) < 0);
+    }
+    EXPECT_LT(gradient, 0.03);
+    EXPECT_LT(double(differ) / double(plain.counts.grownVoxels), 0.08);
+    EXPECT_NEAR(double(fast.counts.grownVoxels) / double(plain.counts.grownVoxels), 1, 0.05);
+    // No voxel lies inside two.
+    std::map<Coord, int> seen;
+    for (const auto& tree : fast.grids->elements)
+        for (auto it = tree->cbeginValueOn(); it; ++it)
+            if (*it < -0.1) {
+                EXPECT_EQ(seen[it.getCoord()]++, 0);
+            }
+}
+
+TEST(Pack, CoarseGrowthDoesNotDependOnThreads) {
+    const Packing one = packCap(24, 1), two = packCap(24, 2);
+    for (size_t i = 0; i < one.elements.size(); ++i) {
+        EXPECT_EQ(one.elements[i].finalVolume, two.elements[i].finalVolume);
+        const WorkTree &a = *one.grids->elements[i], &b = *two.grids->elements[i];
+        ASSERT_TRUE(a.hasSameTopology(b));
+        for (auto x = a.cbeginLeaf(), y = b.cbeginLeaf(); x; ++x, ++y)
+            ASSERT_TRUE(std::equal(x->buffer().data(), x->buffer().data() + 512, y->buffer().data()));
+    }
+}
+
 TEST(Pack, IdsCountTheVolumes) {
     const Packing& p = packedOnce();
     std::map<int, double> voxels;
