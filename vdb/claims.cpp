@@ -6,7 +6,12 @@ ClaimMap::ClaimMap(const std::vector<WorkElement>& elements, const openvdb::Floa
     : elements_(elements), base_(base), index_(boxesOf(elements)) {}
 
 ClaimMap::~ClaimMap() {
+    clear();
+}
+
+void ClaimMap::clear() {
     for (auto& entry : blocks_) delete entry.second;
+    blocks_.clear();
 }
 
 ClaimBlock* ClaimMap::block(const Coord& origin) {

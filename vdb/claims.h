@@ -39,6 +39,8 @@ class ClaimMap {
     ~ClaimMap();
     /// Block at a leaf origin. Safe to call from many threads: the content depends on the place alone.
     ClaimBlock* block(const Coord& origin);
+    /// Frees all blocks; pointers to them are void.
+    void clear();
     const ElementIndex& index() const { return index_; }
 
   private:

@@ -29,6 +29,10 @@ class Growth {
     const Front* front(int i) const { return fronts_[size_t(i)].get(); }
     const std::vector<std::unique_ptr<Front>>& fronts() const { return fronts_; }
     size_t grownVoxels() const;
+    /// Frees the shared clock: no more marching after this.
+    void dropClaims() { claims_.clear(); }
+    /// Frees one front.
+    void drop(int i) { fronts_[size_t(i)].reset(); }
 
   private:
     const std::vector<WorkElement>& elements_;

@@ -282,6 +282,8 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         });
         const RegionBuilder onCoarse(coarse, coarsePlaced, coarseBase.get(), growth.fronts(), 1),
             onFine(coarse, shapes.shapes(), grids.base.get(), growth.fronts(), factor);
+        result.counts.grownVoxels = growth.grownVoxels() * uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
+        growth.dropClaims();
         const std::vector<int> order = sweepOrder(coarse);
         std::vector<std::vector<int>> rivals(n);
         tbb::parallel_for(size_t(0), n, [&](size_t i) { rivals[i] = onFine.rivalsOf(int(i)); });
@@ -317,8 +319,15 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const double missing = r.targetVolume - r.finalVolume;
             if (!coarse[i].bodyVoxels || (f && f->exhausted) || missing > 1e-3 * r.targetVolume)
                 r.unrecoveredVolume = std::max(0.0, missing);
-            shapes.release(element);
-            for (int j : rivals[i]) shapes.release(j);
+            const auto release = [&](int j) {
+                if (!shapes.release(j)) return;
+                WorkElement& done = coarse[size_t(j)];
+                coarsePlaced[size_t(j)].reset();
+                done.placed.reset(), done.body.reset(), done.contact.reset();
+                growth.drop(j);
+            };
+            release(element);
+            for (int j : rivals[i]) release(j);
         });
     }
     if (options.surface) {
@@ -339,7 +348,6 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         else if (result.elements[i].widenedB > 0)
             widened.push_back(coarse[i].id);
     }
-    result.counts.grownVoxels = growth.grownVoxels() * factor3;
     result.counts.baseVoxels = uint64_t(std::llround(meshVolume(baseMesh) / h3));
     result.counts.activeVoxels =
         grids.base->activeVoxelCount() + (grids.surface ? grids.surface->activeVoxelCount() : 0);

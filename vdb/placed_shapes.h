@@ -29,10 +29,13 @@ class PlacedShapes {
         shapes_[size_t(i)] = shape.tree;
         slot.measure = shape.measure;
     }
-    void release(int i) {
+    /// True when nobody will ask for the shape any more.
+    bool release(int i) {
         Slot& slot = slots_[size_t(i)];
         const std::lock_guard<std::mutex> lock(slot.mutex);
-        if (--slot.uses == 0) shapes_[size_t(i)].reset();
+        if (--slot.uses > 0) return false;
+        shapes_[size_t(i)].reset();
+        return true;
     }
     /// To be read between acquire and release.
     const std::vector<WorkTree::Ptr>& shapes() const { return shapes_; }
