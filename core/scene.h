@@ -28,7 +28,7 @@ struct ElementOptions {
     std::string up = "z";  ///< axis of a mesh that points away from the surface: x y z -x -y -z
     double weight = 1;
     double stiffness = 1;  ///< infinity: rigid
-    std::string color;  ///< #rrggbb; empty: one of the built-in palette
+    std::string color;     ///< #rrggbb; empty: one of the built-in palette
     double sink = 0;
     std::optional<double> a, b;
 };
