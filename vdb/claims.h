@@ -44,14 +44,11 @@ class ClaimMap {
     const ElementIndex& index() const { return index_; }
 
   private:
-    struct Hash {
-        size_t operator()(const Coord& c) const { return c.hash<20>() ^ (size_t(c[0]) * 2654435761u); }
-    };
     std::unique_ptr<ClaimBlock> make(const Coord& origin) const;
     const std::vector<WorkElement>& elements_;
     const openvdb::FloatTree* base_;
     ElementIndex index_;
-    tbb::concurrent_unordered_map<Coord, ClaimBlock*, Hash> blocks_;
+    tbb::concurrent_unordered_map<Coord, ClaimBlock*, CoordHash> blocks_;
 };
 
 }  // namespace pavel

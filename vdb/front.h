@@ -84,9 +84,6 @@ class Front {
         uint32_t voxel;  // block number * 512 + index
         bool operator<(const Arrival& o) const { return time != o.time ? time > o.time : voxel > o.voxel; }
     };
-    struct Hash {
-        size_t operator()(const Coord& c) const { return c.hash<20>() ^ (size_t(c[1]) * 2654435761u); }
-    };
     GrowthBlock* make(const Coord& origin);
     GrowthBlock* stepOrMake(GrowthBlock* block, int v, int side, int& n);
     double arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const;
@@ -98,7 +95,7 @@ class Front {
     void push(GrowthBlock* block, int v, double time);
 
     ClaimMap& claims_;
-    std::unordered_map<Coord, GrowthBlock*, Hash> map_;
+    std::unordered_map<Coord, GrowthBlock*, CoordHash> map_;
     std::vector<Arrival> heap_;
     double speed_ = 0;  // of the waiting front, where it is known
     bool speedKnown_ = false;

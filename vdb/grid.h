@@ -47,6 +47,11 @@ inline Coord leafOrigin(const Coord& c) {
     return {c[0] & ~7, c[1] & ~7, c[2] & ~7};
 }
 
+/// For hash tables of leaf origins.
+struct CoordHash {
+    size_t operator()(const Coord& c) const { return c.hash<20>() ^ (size_t(c[1]) * 2654435761u); }
+};
+
 /// Trilinear value at a point in index space.
 template <class Reader>
 double sampleAt(const Reader& reader, const Vec3& p) {

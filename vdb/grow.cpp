@@ -117,7 +117,7 @@ StopShift solveShift(const Region& region, double target, double most, double cl
 
 void Growth::solveStopTimes(const std::vector<double>& targets, double still, const RunContext& context) {
     // Jacobi rounds: elements depend on each other only where one stopped before the other came.
-    constexpr int kRounds = 1, kMostRounds = 8;
+    constexpr int kMostRounds = 8;
     constexpr double kClose = 1e-3;
     const size_t n = fronts_.size();
     std::vector<StopShift> shifts(n);
@@ -131,12 +131,11 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, co
     const auto each = [](const std::vector<int>& list, const auto& f) {
         tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k]); });
     };
-    std::vector<WorkTree::Ptr> placed;
-    for (const WorkElement& e : elements_) placed.push_back(e.placed);
+    const std::vector<WorkTree::Ptr> placed = placedOf(elements_);
     open = all;
     each(open, [&](int i) { fronts_[size_t(i)]->finish(); });
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
-        context.progress("growth", 0.6 + 0.2 * std::min(1.0, double(round) / kRounds));
+        context.progress("growth", 0.6 + 0.2 * std::min(1, round));
         const RegionBuilder builder(elements_, placed, base_, fronts_, 1);
         each(open, [&](int i) { shifts[size_t(i)] = solveShift(builder.build(i), targets[size_t(i)], 1, 1e-4); });
         std::vector<char> moved(n, 0), goesOn(n, 0);
@@ -145,7 +144,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, co
             Front& f = *fronts_[size_t(i)];
             if (f.exhausted && s.missing > 0) s.later = 0;
             // Later rounds only mend what the neighbours' moves did; halved, so that two cannot chase each other.
-            if (round > kRounds) s.later *= 0.5;
+            if (round > 1) s.later *= 0.5;
             f.stopTime = stopTimes[size_t(i) + 1] = float(f.stopTime + s.later);
             moved[size_t(i)] = std::abs(s.later) > still * s.reach;
             goesOn[size_t(i)] = moved[size_t(i)];
@@ -156,7 +155,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, co
             const StopShift& s = shifts[size_t(i)];
             const bool dry =
                 s.missing > kClose * targets[size_t(i)] && !f.exhausted && f.frontSpeed() < kStuckShare * f.weight;
-            if (round >= kRounds && dry) f.exhausted = true;
+            if (round > 0 && dry) f.exhausted = true;
             f.march(f.stopTime + 3 * (s.reach > 0 ? s.reach : 1 / f.weight), stopTimes, false);
             f.finish();
         });

@@ -269,8 +269,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     }
     {
         const StageTimer timer(context, "growth");
-        std::vector<WorkTree::Ptr> coarsePlaced;
-        for (const WorkElement& e : coarse) coarsePlaced.push_back(e.placed);
+        std::vector<WorkTree::Ptr> coarsePlaced = placedOf(coarse);
         PlacedShapes shapes(n, [&](int i) {
             const WorkElement& e = coarse[size_t(i)];
             if (factor == 1) return PlacedShapes::Shape{e.placed, {e.placedVolume, e.placedVoxels}};

@@ -12,10 +12,6 @@ struct Run {
     uint8_t row, mask;
 };
 
-struct CoordHash {
-    size_t operator()(const Coord& c) const { return c.hash<20>() ^ (size_t(c[1]) * 2654435761u); }
-};
-
 }  // namespace
 
 BlockMask negativeMask(const float* values) {

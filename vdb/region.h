@@ -43,7 +43,7 @@ class Region {
     void advance(double later);
     /// Voxels of the free front and the sum of their slopes: dV/dT.
     void frontArea(double& voxels, double& slopes) const;
-    /// Blocks of the values of a leaf with the face neighbours of max(own, clip).
+    /// The 512 values of a block, max(own, clip), for a front that stops later.
     void values(int block, double later, float* out) const;
 
   private:

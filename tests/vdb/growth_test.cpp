@@ -48,7 +48,7 @@ Pair grownPair(double distance, Material material) {
     RunContext context;
     p.growth->march(context);
     p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, context);
-    const std::vector<WorkTree::Ptr> placed{p.elements[0].placed, p.elements[1].placed};
+    const std::vector<WorkTree::Ptr> placed = placedOf(p.elements);
     const RegionBuilder builder(p.elements, placed, nullptr, p.growth->fronts(), 1);
     for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)));
     return p;
