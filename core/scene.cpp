@@ -86,6 +86,7 @@ void validate(const Scene& s) {
     need(std::isfinite(s.sizeVariation) && s.sizeVariation >= 0 && s.sizeVariation < 1,
          "variation.size must be at least 0 and below 1");
     checkMaterial(s.material.a, s.material.b, "material");
+    need(std::isfinite(s.material.gap) && s.material.gap >= 0, "material.gap must be at least 0");
 }
 
 }  // namespace pavel

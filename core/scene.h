@@ -58,6 +58,8 @@ struct OrientationOptions {
 
 struct MaterialOptions {
     double a = 0.1, b = 0.3;
+    std::string contact = "depth";     ///< depth | center: who keeps a contested point
+    double gap = 0;                    ///< clearance left between elements and to the base, scene units
     std::string baseLoss = "recover";  ///< recover | cut: whether what sinks into the base grows back
 };
 

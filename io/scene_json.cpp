@@ -256,8 +256,8 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
             JsonReader m(*j, "material");
             m.get("a", s.material.a);
             m.get("b", s.material.b);
-            m.notYet("contact", "center");
-            m.notYet("gap", 0);
+            m.choice("contact", s.material.contact, {"center", "depth"});
+            m.get("gap", s.material.gap);
             m.choice("base_loss", s.material.baseLoss, {"recover", "cut"});
             m.finish();
         }
@@ -336,8 +336,8 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
     root["refine"] = {{"iterations", 0}};
     root["material"] = {{"a", s.material.a},
                         {"b", s.material.b},
-                        {"contact", "center"},
-                        {"gap", 0},
+                        {"contact", s.material.contact},
+                        {"gap", s.material.gap},
                         {"base_loss", s.material.baseLoss}};
     root["output"] = {{"vdb", s.output.vdb},        {"fog", s.output.fog},
                       {"half", s.output.half},      {"elements", s.output.separate ? "separate" : "merged"},

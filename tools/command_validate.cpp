@@ -15,7 +15,7 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     const TriangleMesh base = loadBase(scene, context);
     const std::vector<ElementKind> kinds = loadKinds(scene, context);
     const double h = sceneVoxelSize(scene, kinds);
-    checkVoxelSize(base, kinds, h, context);
+    checkVoxelSize(base, kinds, h, scene.material.gap, context);
     double weights = 0, volume = 0, area = 0;
     for (const ElementKind& k : kinds) {
         weights += k.weight;

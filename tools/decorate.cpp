@@ -112,7 +112,7 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     const TriangleMesh base = loadBase(scene, context);
     const std::vector<ElementKind> kinds = loadKinds(scene, context);
     const double h = sceneVoxelSize(scene, kinds);
-    checkVoxelSize(base, kinds, h, context);
+    checkVoxelSize(base, kinds, h, scene.material.gap, context);
     const SeedSet seeds = makeSeeds(base, kinds, scene, manual, context);
     const std::vector<PlacedElement> placed = placeElements(seeds.seeds, kinds);
 
@@ -121,6 +121,8 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     for (const ElementOptions& e : scene.elements)
         options.kindMaterial.emplace_back(e.a.value_or(scene.material.a), e.b.value_or(scene.material.b));
     options.solidWithBase = scene.output.withBase;
+    options.contactByDepth = scene.material.contact == "depth";
+    options.gap = scene.material.gap;
     options.recoverBaseLoss = scene.material.baseLoss == "recover";
     const Packing packing = pack(base, kinds, placed, options, context);
 

@@ -196,7 +196,11 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         int index;
         WorkReader reader;
         Bisector g;
-        double operator()(const Vec3& p) const { return std::min(-sampleAt(reader, p), g(p)); }
+        /// At a point on the element's own surface, given its distance to the other's.
+        double taken(double phi, const Vec3& p) const {
+            return std::min(-phi, g.byDepth() ? g.fromDistances(0, phi) : g(p));
+        }
+        double operator()(const Vec3& p) const { return taken(sampleAt(reader, p), p); }
     };
     std::vector<Cutter> cutters;
     for (int n : e.neighbours) cutters.push_back({n, WorkReader(*all[size_t(n)].placed), Bisector(e, all[size_t(n)])});
@@ -232,14 +236,14 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
     };
     struct CutterValues {
         const float* values;  // null: all inside
-        const Bisector* g;
+        const Cutter* cutter;
         Coord origin;
         bool any;
         explicit operator bool() const { return any; }
         float operator()(int v) const {
-            const float in = values ? -values[v] : kBand;
-            if (in < -0.87f) return in;
-            return std::min(in, float((*g)(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))))));
+            const float phi = values ? values[v] : -kBand;
+            if (phi > 0.87f) return -phi;
+            return float(cutter->taken(phi, centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
         }
     };
     const auto nearBase = [&](const Coord& origin) {
@@ -254,7 +258,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         const auto nearCutter = [&](const Coord& origin) {
             const WorkLeaf* leaf = all[size_t(c.index)].placed->probeConstLeaf(origin);
             const bool inside = !leaf && all[size_t(c.index)].placed->getValue(origin) < 0;
-            return CutterValues{leaf ? leaf->buffer().data() : nullptr, &c.g, origin, leaf || inside};
+            return CutterValues{leaf ? leaf->buffer().data() : nullptr, &c, origin, leaf || inside};
         };
         std::vector<Vec3f> points = rimWith(c, nearCutter, shared, c.index);
         if (points.empty()) continue;

@@ -9,13 +9,15 @@
 namespace pavel {
 
 class ContactDistance;  // contact.h
+struct CanonicalField;  // voxelize.h
 
 struct WorkElement {
     int id = 0;  ///< 1..n; elements lie in a vector at id - 1
     int kind = 0;
     Frame indexFromElement;
-    Vec3 centre{0, 0, 0};             ///< centroid of the placed volume
-    double stiffness = 1;             ///< infinity: rigid
+    Vec3 centre{0, 0, 0};                  ///< centroid of the placed volume
+    double stiffness = 1;                  ///< infinity: rigid
+    const CanonicalField* deep = nullptr;  ///< distances all through its inside, where depth tells who keeps a point
     double size = 0;                  ///< diagonal of the bounding box in the element's own frame: the unit of a and b
     CoordBBox box;                    ///< of the placed level set, its band included
     WorkTree::Ptr placed;             ///< level set as placed
@@ -46,22 +48,32 @@ inline std::vector<WorkTree::Ptr> placedOf(const std::vector<WorkElement>& eleme
     return placed;
 }
 
-/// Distance to the bisector of two elements' centres, positive on the other's side: who keeps a contested point (paper:
-/// the nearest centre). Distances are weighed by stiffness, |x - c| / k: equal ones give a plane, others a sphere of
-/// Apollonius, and a rigid element keeps everything. Exactly antisymmetric; coincident centres, and two rigid ones, go
-/// to the lower id.
+/// Distance to the bisector of two elements, positive on the other's side: who keeps a contested point.
+/// By centre (paper): the nearest centre. Distances are weighed by stiffness, |x - c| / k: equal ones give a plane,
+/// others a sphere of Apollonius. By depth, where both elements have `deep`: the one in which the point lies deeper,
+/// k phi; this one is never more than the distance. A rigid element keeps everything. Exactly antisymmetric; coincident
+/// centres, and two rigid ones, go to the lower id.
 class Bisector {
   public:
     Bisector(const WorkElement& own, const WorkElement& other);
     double operator()(const Vec3& p) const {
-        return sign_ * (weighted_ ? weightedDistance(p) : dot(p, normal_) - offset_);
+        return sign_ * (rule_ == kPlane      ? dot(p, normal_) - offset_
+                        : rule_ == kWeighted ? weightedDistance(p)
+                                             : depthAt(p));
     }
+    /// Does depth decide? Then the distances to both placed surfaces, where they are known, tell the same.
+    bool byDepth() const { return rule_ == kDepth; }
+    double fromDistances(double own, double other) const { return sign_ > 0 ? weigh(own, other) : -weigh(other, own); }
 
   private:
+    enum Rule { kPlane, kWeighted, kDepth };
     double weightedDistance(const Vec3& p) const;
+    double depthAt(const Vec3& p) const;
+    double weigh(double low, double high) const;
     Vec3 normal_{0, 0, 0};
     double offset_ = 0, sign_ = 1;
-    bool weighted_ = false;
+    Rule rule_ = kPlane;
+    const WorkElement *lo_ = nullptr, *hi_ = nullptr;
     Vec3 low_{0, 0, 0}, high_{0, 0, 0};  // centres, and what they are divided by
     double lowStiffness_ = 1, highStiffness_ = 1;
 };

@@ -63,7 +63,7 @@ float blendedMin(float a, float b) {
 
 /// Union of all elements in one block.
 void unionValues(const ElementIndex& index, const std::vector<WorkTree::Ptr>& elements, const Coord& origin,
-                 float* values) {
+                 bool touching, float* values) {
     float second[512];
     std::fill(values, values + 512, kBand);
     std::fill(second, second + 512, kBand);
@@ -77,7 +77,8 @@ void unionValues(const ElementIndex& index, const std::vector<WorkTree::Ptr>& el
             values[v] = std::min(values[v], own);
         }
     }
-    for (int v = 0; v < 512; ++v) values[v] = std::clamp(blendedMin(values[v], second[v]), -kBand, kBand);
+    for (int v = 0; v < 512; ++v)
+        values[v] = std::clamp(touching ? blendedMin(values[v], second[v]) : values[v], -kBand, kBand);
 }
 
 ElementIndex indexOf(const std::vector<WorkTree::Ptr>& elements) {
@@ -94,7 +95,7 @@ void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values)
     leaf->setValuesOn();
 }
 
-openvdb::FloatTree::Ptr unionTree(const std::vector<WorkTree::Ptr>& elements) {
+openvdb::FloatTree::Ptr unionTree(const std::vector<WorkTree::Ptr>& elements, bool touching) {
     const ElementIndex index = indexOf(elements);
     const std::vector<Coord> origins = unionOrigins(elements);
     auto tree = std::make_shared<openvdb::FloatTree>(kBand);
@@ -102,8 +103,9 @@ openvdb::FloatTree::Ptr unionTree(const std::vector<WorkTree::Ptr>& elements) {
     std::vector<float> values(kChunk * 512);
     for (size_t first = 0; first < origins.size(); first += kChunk) {
         const size_t count = std::min(kChunk, origins.size() - first);
-        tbb::parallel_for(size_t(0), count,
-                          [&](size_t k) { unionValues(index, elements, origins[first + k], &values[k * 512]); });
+        tbb::parallel_for(size_t(0), count, [&](size_t k) {
+            unionValues(index, elements, origins[first + k], touching, &values[k * 512]);
+        });
         for (size_t k = 0; k < count; ++k) setLeaf(*tree, origins[first + k], &values[k * 512]);
     }
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
@@ -126,11 +128,12 @@ void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base, open
 
 }  // namespace
 
-void fuse(bool withSolid, PackedGrids& grids) {
-    const openvdb::FloatTree::Ptr all = unionTree(grids.elements);
+void fuse(bool withSolid, bool touching, PackedGrids& grids) {
+    const openvdb::FloatTree::Ptr all = unionTree(grids.elements, touching);
     if (withSolid) {
         openvdb::FloatTree solid(*grids.base);
-        combine(*all, *grids.base, solid, blendedMin);
+        combine(*all, *grids.base, solid,
+                [touching](float u, float b) { return touching ? blendedMin(u, b) : std::min(u, b); });
         grids.solid = redistanced(solid);
     }
     openvdb::FloatTree outside(kBand);

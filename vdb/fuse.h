@@ -5,8 +5,9 @@
 namespace pavel {
 
 /// Makes grids.surface = max(union of the elements, -base) and, where asked for, grids.solid = min(union, base), both
-/// as clean distances, from the packed elements and the base in `grids`.
-void fuse(bool withSolid, PackedGrids& grids);
+/// as clean distances, from the packed elements and the base in `grids`. Creases between elements that touch get a
+/// fillet of a fraction of a voxel; where a gap was left nothing touches, and none is made.
+void fuse(bool withSolid, bool touching, PackedGrids& grids);
 
 /// Ids inside the packed elements; a voxel inside two (by rounding) goes to the one in which it lies deeper.
 openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements);

@@ -8,6 +8,7 @@
 #include "pavel/vdb/contact.h"
 #include "pavel/vdb/element_index.h"
 #include "pavel/vdb/measure.h"
+#include "pavel/vdb/voxelize.h"
 
 namespace pavel {
 namespace {
@@ -38,11 +39,14 @@ void trimByNeighbour(WorkElement& element, const WorkElement& other) {
             return;
         }
         if (!leaf) leaf = body.touchLeaf(origin);
+        const WorkLeaf* placed = element.placed->probeConstLeaf(origin);
         for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) {
             const float inOther = cut ? -cut->getValue(v) : kBand;
-            if (inOther <= -kBand) continue;
-            const float taken = std::min(
-                inOther, float(std::clamp(g(centreOf(leaf->offsetToGlobalCoord(v))), -double(kBand), double(kBand))));
+            if (inOther <= -kBand || leaf->getValue(v) >= kBand) continue;
+            const bool known = g.byDepth() && placed && placed->getValue(v) > -kBand && inOther < kBand;
+            const double own =
+                known ? g.fromDistances(placed->getValue(v), -inOther) : g(centreOf(leaf->offsetToGlobalCoord(v)));
+            const float taken = std::min(inOther, float(std::clamp(own, -double(kBand), double(kBand))));
             if (taken > leaf->getValue(v)) leaf->setValueOnly(v, taken);
         }
     });
@@ -88,14 +92,19 @@ Bisector::Bisector(const WorkElement& own, const WorkElement& other) {
     const Vec3 d = hi.centre - lo.centre;
     const double l = length(d);
     const bool loRigid = std::isinf(lo.stiffness), hiRigid = std::isinf(hi.stiffness);
-    if (l < 1e-6 || loRigid || hiRigid) {
+    const auto same = [](const Vec3& a, const Vec3& b) { return length(a - b) < 1e-6; };
+    const Frame &a = lo.indexFromElement, &b = hi.indexFromElement;
+    const bool byDepth = lo.deep && hi.deep,
+               tied = l < 1e-6 && (!byDepth || (lo.deep == hi.deep && same(a.x, b.x) && same(a.z, b.z)));
+    if (tied || loRigid || hiRigid) {
         offset_ = hiRigid && !loRigid ? -1e6 : 1e6;  // everything lies on one side
         return;
     }
-    weighted_ = lo.stiffness != hi.stiffness;
+    rule_ = byDepth ? kDepth : lo.stiffness != hi.stiffness ? kWeighted : kPlane;
+    lo_ = &lo, hi_ = &hi;
     low_ = lo.centre, high_ = hi.centre;
     lowStiffness_ = lo.stiffness, highStiffness_ = hi.stiffness;
-    normal_ = d / l;
+    normal_ = d / std::max(l, 1e-9);
     offset_ = dot(0.5 * (lo.centre + hi.centre), normal_);
 }
 
@@ -104,6 +113,15 @@ double Bisector::weightedDistance(const Vec3& p) const {
     const double la = std::max(length(a), 1e-9), lb = std::max(length(b), 1e-9);
     const Vec3 slope = a / (la * lowStiffness_) - b / (lb * highStiffness_);
     return (la / lowStiffness_ - lb / highStiffness_) / std::max(length(slope), 1e-9);
+}
+
+double Bisector::weigh(double low, double high) const {
+    return (lowStiffness_ * low - highStiffness_ * high) / (lowStiffness_ + highStiffness_);
+}
+
+double Bisector::depthAt(const Vec3& p) const {
+    return weigh(placedDistance(*lo_->deep, lo_->indexFromElement, p),
+                 placedDistance(*hi_->deep, hi_->indexFromElement, p));
 }
 
 void findNeighbours(std::vector<WorkElement>& elements) {

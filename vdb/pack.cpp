@@ -11,6 +11,7 @@
 #include "pavel/core/error.h"
 #include "pavel/core/mesh_check.h"
 #include "pavel/vdb/fuse.h"
+#include "pavel/vdb/gap.h"
 #include "pavel/vdb/grow.h"
 #include "pavel/vdb/measure.h"
 #include "pavel/vdb/overlap.h"
@@ -69,14 +70,14 @@ int coarseFactor(const std::vector<ElementKind>& kinds, const std::vector<Placed
 
 /// Canonical fields of all kinds that are placed.
 std::vector<CanonicalField> canonicalFields(const std::vector<ElementKind>& kinds,
-                                            const std::vector<PlacedElement>& placed, double h) {
+                                            const std::vector<PlacedElement>& placed, double h, bool deep) {
     std::vector<CanonicalField> fields(kinds.size());
     tbb::parallel_for(size_t(0), kinds.size(), [&](size_t k) {
         double lo = 1e300, hi = 0;
         for (const PlacedElement& p : placed)
             if (p.kind == int(k))
                 lo = std::min(lo, p.worldFromElement.scale), hi = std::max(hi, p.worldFromElement.scale);
-        if (hi > 0) fields[k] = makeCanonicalField(kinds[k].mesh, h, lo, hi);
+        if (hi > 0) fields[k] = makeCanonicalField(kinds[k].mesh, h, lo, hi, deep);
     });
     return fields;
 }
@@ -89,7 +90,8 @@ Frame indexFrame(const PlacedElement& p, double h) {
 }
 
 std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields, const std::vector<ElementKind>& kinds,
-                                     const std::vector<PlacedElement>& placed, double h, const RunContext& context) {
+                                     const std::vector<PlacedElement>& placed, double h, bool deep,
+                                     const RunContext& context) {
     std::vector<WorkElement> elements(placed.size());
     forEachElement(placed.size(), context, "voxelize", 0.1, 1, [&](size_t i) {
         WorkElement& e = elements[i];
@@ -100,6 +102,7 @@ std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields, 
         e.indexFromElement = indexFrame(placed[i], h);
         e.centre = e.indexFromElement.apply(field.centroid);
         e.size = field.bounds.diagonal() * e.indexFromElement.scale;
+        if (deep) e.deep = &field;
         e.placed = voxelizePlacement(field, e.indexFromElement);
         e.placed->evalLeafBoundingBox(e.box);
         const InsideMeasure m = measureInside(*e.placed);
@@ -176,10 +179,11 @@ double settleVolume(WorkTree& tree, double target, bool growing) {
         if (volume < target) by = std::max(by, -kMost - total);
         by = std::min(by, 0.5);
         total += by;
+        const float band = tree.background();
         for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
             float* values = leaf->buffer().data();
             for (auto it = leaf->beginValueOn(); it; ++it)
-                values[it.pos()] = std::clamp(values[it.pos()] + float(by), -kResultBand, kResultBand);
+                values[it.pos()] = std::clamp(values[it.pos()] + float(by), -band, band);
         }
         volume = measureInside(tree).volume;
     }
@@ -202,7 +206,8 @@ openvdb::FloatGrid::Ptr toFloatGrid(const WorkTree& tree) {
     return grid;
 }
 
-void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double h, RunContext& context) {
+void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double h, double gap,
+                    RunContext& context) {
     const Bounds b = meshBounds(base);
     const double reach =
         std::max({std::abs(b.min.max()), std::abs(b.min.min()), std::abs(b.max.max()), std::abs(b.max.min())}) / h;
@@ -213,7 +218,12 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
     if (b.size().min() / h < 3)
         throw InputError("voxel_size is too large: the base is only " + std::to_string(b.size().min() / h) +
                          " voxels thick");
+    if (gap / h > kMostGap)
+        throw InputError("material.gap is " + std::to_string(gap / h).substr(0, 5) + " voxels wide (at most " +
+                         std::to_string(kMostGap).substr(0, 1) + "): make it narrower or voxel_size larger");
     for (const ElementKind& k : kinds) {
+        if (2 * gap > meshBounds(k.mesh).size().min())
+            throw InputError("material.gap is more than half as wide as element \"" + k.name + "\" is thick");
         const double voxels = meshBounds(k.mesh).size().min() / h;
         if (voxels < 3)
             throw InputError("voxel_size is too large: element \"" + k.name + "\" is only " +
@@ -230,6 +240,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     const size_t n = placed.size();
     const int factor = coarseFactor(kinds, placed, h, options.marchAcross);
     const double coarseH = h * factor;
+    const bool deep = options.contactByDepth;
     openvdb::initialize();
     Packing result;
     result.voxelSize = h;
@@ -240,17 +251,18 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     std::vector<uint64_t> voxels(n);
 
     // Overlap and growth are settled on the coarse grid, the packed shapes are then made on the fine one.
-    std::vector<CanonicalField> fields;
+    std::vector<CanonicalField> fields, coarseFields;
     std::vector<WorkElement> coarse;
     openvdb::FloatTree::Ptr coarseBase;
     {
         const StageTimer timer(context, "voxelize");
-        grids.base = coarseBase = voxelizeBase(baseMesh, h)->treePtr();
+        grids.base = coarseBase = voxelizeBase(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
         if (factor > 1) {
             coarseBase = voxelizeBase(baseMesh, coarseH)->treePtr();
-            fields = canonicalFields(kinds, placed, h);
+            fields = canonicalFields(kinds, placed, h, false);
         }
-        coarse = voxelizeAll(canonicalFields(kinds, placed, coarseH), kinds, placed, coarseH, context);
+        coarseFields = canonicalFields(kinds, placed, coarseH, deep);
+        coarse = voxelizeAll(coarseFields, kinds, placed, coarseH, deep, context);
     }
     {
         const StageTimer timer(context, "overlap");
@@ -274,10 +286,12 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const WorkElement& e = coarse[size_t(i)];
             if (factor == 1) return PlacedShapes::Shape{e.placed, {e.placedVolume, e.placedVoxels}};
             const PlacedElement& p = placed[size_t(i)];
-            const WorkTree::Ptr tree = voxelizePlacement(fields[size_t(p.kind)], indexFrame(p, h));
-            const InsideMeasure m = measureInside(*tree);  // before anything is taken from it
+            const CanonicalField& field = fields[size_t(p.kind)];
+            const Frame frame = indexFrame(p, h);
+            const WorkTree::Ptr tree = voxelizePlacement(field, frame);
             eraseStrays(*tree, e, factor);
-            return PlacedShapes::Shape{tree, m};
+            const double volume = field.volume * frame.scale * frame.scale * frame.scale;
+            return PlacedShapes::Shape{tree, {volume, uint64_t(std::llround(volume))}};
         });
         const RegionBuilder onCoarse(coarse, coarsePlaced, coarseBase.get(), growth.fronts(), 1),
             onFine(coarse, shapes.shapes(), grids.base.get(), growth.fronts(), factor);
@@ -310,7 +324,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
                 const StopShift s = solveShift(region, target, 0.5, 2e-4);
                 const bool mayGrow = f ? !f->exhausted : !std::isinf(coarse[i].stiffness);
                 if (f && (mayGrow || s.missing < 0)) region.advance(s.later);
-                grids.elements[i] = redistanced(region);
+                grids.elements[i] = redistanced(region, options.gap > 0 ? kWidestBand : kResultBand);
                 r.finalVolume = settleVolume(*grids.elements[i], target, mayGrow) * h3;
             }
             if (f && f->b > f->firstB) r.widenedB = f->b;
@@ -329,9 +343,17 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             for (int j : rivals[i]) release(j);
         });
     }
+    if (options.gap > 0) {
+        const StageTimer timer(context, "growth");
+        const std::vector<double> taken = leaveGap(grids.elements, *grids.base, options.gap / h);
+        for (size_t i = 0; i < n; ++i) {
+            result.elements[i].targetVolume -= taken[i] * h3;
+            result.elements[i].finalVolume -= taken[i] * h3;
+        }
+    }
     if (options.surface) {
         const StageTimer timer(context, "extract");
-        fuse(options.solidWithBase, grids);
+        fuse(options.solidWithBase, options.gap == 0, grids);
         grids.base = redistanced(*grids.base);
         grids.ids = elementIds(grids.elements);
     }

@@ -17,6 +17,10 @@ struct PackOptions {
     /// Voxels across the thinnest element on the grid that fronts march on, at least. Arrival times are smooth, so that
     /// a grid 2, 4 or 8 times coarser than the result will do; infinity: march on the result's own grid.
     double marchAcross = 24;
+    /// A contested point goes to the element it lies deeper in, else (paper) to the one whose centre is nearer. For
+    /// equal spheres these are the same; where a tip meets a flank, the centre gives the flank the whole tip.
+    bool contactByDepth = true;
+    double gap = 0;               ///< clearance left between elements and to the base, scene units
     bool recoverBaseLoss = true;  ///< what lies in the base grows back; else it is cut
     bool surface = true;          ///< make the fused surface and the ids
     bool solidWithBase = false;   ///< also make the fused solid of elements and base
@@ -52,8 +56,8 @@ Packing pack(const TriangleMesh& base, const std::vector<ElementKind>& kinds, co
              const PackOptions& options, RunContext& context);
 
 /// Extent of the elements in voxels, and where they would leave the range that indices and floats can hold.
-/// @throws InputError where the voxel size does not suit the scene
-void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double voxelSize,
+/// @throws InputError where the voxel size or the gap does not suit the scene
+void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double voxelSize, double gap,
                     RunContext& context);
 
 }  // namespace pavel

@@ -11,7 +11,7 @@ namespace {
 /// Largest window, in blocks a side; the outer layer is halo.
 constexpr int kMostBlocks = 20;
 /// Voxels at a window's rim that only lend their values.
-constexpr int kMargin = 4;
+constexpr int kMargin = 3;
 /// Nearer to both fields than this, a voxel may have its foot on the crease between them.
 constexpr float kCrease = 1.8f;
 
@@ -36,7 +36,8 @@ class Window {
   public:
     /// values(origin) -> BlockValues. False where no surface passes.
     template <class Values>
-    bool load(const Coord& origin, const std::array<int, 3>& blocks, const Values& values) {
+    bool load(const Coord& origin, const std::array<int, 3>& blocks, float band, const Values& values) {
+        band_ = band;
         for (int k = 0; k < 3; ++k) cells_[k] = 2 * blocks[size_t(k)], side_[k] = 4 * cells_[k];
         dx_ = side_[1] * side_[2], dy_ = side_[2];
         const size_t count = size_t(cells_[0]) * size_t(cells_[1]) * size_t(cells_[2]), voxels = count * 64;
@@ -108,8 +109,8 @@ class Window {
                 for (int y = 0; y < 4; ++y)
                     for (int z = 0; z < 4; ++z) {
                         const float d = used_[from] ? value(8 * bx + 4 * u + x, 8 * by + 4 * v + y, 8 * bz + 4 * w + z)
-                                                    : float(sign_[from]) * kResultBand;
-                        near |= std::abs(d) < kResultBand;
+                                                    : float(sign_[from]) * band_;
+                        near |= std::abs(d) < band_;
                         to[x * 64 + y * 8 + z] = d;
                     }
         }
@@ -162,7 +163,7 @@ class Window {
                     clip_[at + size_t(z)] = clip;
                     phi_[at + size_t(z)] = own > clip ? own : clip;
                     nearest_[at + size_t(z)] = -1;
-                    distance2_[at + size_t(z)] = (kResultBand + 0.5f) * (kResultBand + 0.5f);
+                    distance2_[at + size_t(z)] = (band_ + 0.5f) * (band_ + 0.5f);
                 }
             }
     }
@@ -332,7 +333,7 @@ class Window {
 
     float value(int x, int y, int z) const {
         const size_t i = size_t(index(x, y, z));
-        float d = kResultBand;
+        float d = band_;
         if (nearest_[i] >= 0) {
             const Foot& foot = feet_[size_t(nearest_[i])];
             const Vec3f v = Vec3f(float(x), float(y), float(z)) - foot.point;
@@ -341,12 +342,13 @@ class Window {
             // Feet sample surface and crease a voxel apart, or less: half of that may be taken off the way along them.
             const auto beyond = [](float d2) { return d2 <= 0.25f ? 0.f : std::sqrt(d2) - 0.5f; };
             const float rest = beyond(foot.onCrease ? along2 : aside2), across2 = foot.onCrease ? aside2 : along2;
-            d = std::min(kResultBand, std::sqrt(across2 + rest * rest));
+            d = std::min(band_, std::sqrt(across2 + rest * rest));
         }
         d = std::max(d, 1e-6f);  // zero would be no side at all
         return phi_[i] < 0 ? -d : d;
     }
 
+    float band_ = kResultBand;
     int cells_[3] = {}, side_[3] = {}, dx_ = 0, dy_ = 0;
     std::vector<float> phi_, own_, clip_, distance2_;
     std::vector<int> nearest_;
@@ -366,11 +368,11 @@ struct Part {
 };
 
 template <class Leaf, class Values>
-std::vector<Leaf*> solvePart(const Part& part, const Values& values) {
+std::vector<Leaf*> solvePart(const Part& part, float band, const Values& values) {
     static thread_local Window window;  // scratch that would else be mapped anew for every element
     std::vector<Leaf*> made;
     const std::array<int, 3> blocks{part.size[0] + 2, part.size[1] + 2, part.size[2] + 2};
-    if (!window.load(part.origin.offsetBy(-8), blocks, values)) return made;
+    if (!window.load(part.origin.offsetBy(-8), blocks, band, values)) return made;
     window.solve();
     float d[512];
     for (int x = 1; x <= part.size[0]; ++x)
@@ -381,7 +383,7 @@ std::vector<Leaf*> solvePart(const Part& part, const Values& values) {
                     std::make_unique<Leaf>(part.origin.offsetBy(8 * (x - 1), 8 * (y - 1), 8 * (z - 1)), 0.f, false);
                 typename Leaf::NodeMaskType on;
                 for (openvdb::Index v = 0; v < 512; ++v)
-                    if (std::abs(d[v]) < kResultBand) on.setOn(v);
+                    if (std::abs(d[v]) < band) on.setOn(v);
                 std::copy(d, d + 512, leaf->buffer().data());
                 leaf->setValueMask(on);
                 made.push_back(leaf.release());
@@ -390,11 +392,11 @@ std::vector<Leaf*> solvePart(const Part& part, const Values& values) {
 }
 
 template <class Tree>
-typename Tree::Ptr treeOf(const std::vector<std::vector<typename Tree::LeafNodeType*>>& leaves) {
-    auto tree = std::make_shared<Tree>(kResultBand);
+typename Tree::Ptr treeOf(const std::vector<std::vector<typename Tree::LeafNodeType*>>& leaves, float band) {
+    auto tree = std::make_shared<Tree>(band);
     for (const auto& list : leaves)
         for (auto* leaf : list) tree->addLeaf(leaf);
-    openvdb::tools::signedFloodFillWithValues(*tree, kResultBand, -kResultBand);
+    openvdb::tools::signedFloodFillWithValues(*tree, band, -band);
     return tree;
 }
 
@@ -421,7 +423,7 @@ typename Tree::Ptr redistancedTree(const Tree& raw) {
     std::vector<std::vector<Leaf*>> made(origins.size());
     tbb::parallel_for(size_t(0), origins.size(), [&](size_t k) {
         const openvdb::tree::ValueAccessor<const Tree, false> reader(raw);
-        made[k] = solvePart<Leaf>(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, [&](const Coord& origin) {
+        made[k] = solvePart<Leaf>(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, kResultBand, [&](const Coord& origin) {
             BlockValues f;
             if (const Leaf* leaf = reader.probeConstLeaf(origin))
                 f.own = leaf->buffer().data();
@@ -430,7 +432,7 @@ typename Tree::Ptr redistancedTree(const Tree& raw) {
             return f;
         });
     });
-    return treeOf<Tree>(made);
+    return treeOf<Tree>(made, kResultBand);
 }
 
 }  // namespace
@@ -443,8 +445,8 @@ WorkTree::Ptr redistanced(const WorkTree& raw) {
     return redistancedTree(raw);
 }
 
-WorkTree::Ptr redistanced(const Region& raw) {
-    if (raw.size() == 0) return std::make_shared<WorkTree>(kResultBand);
+WorkTree::Ptr redistanced(const Region& raw, float band) {
+    if (raw.size() == 0) return std::make_shared<WorkTree>(band);
     // The band may leave the region's blocks by one; cut into equal parts that fit a window.
     const Coord lo = raw.lower().offsetBy(-8), hi = raw.upper().offsetBy(8);
     int count[3], parts[3];
@@ -461,7 +463,7 @@ WorkTree::Ptr redistanced(const Region& raw) {
                                 {cut(0, x + 1) - cut(0, x), cut(1, y + 1) - cut(1, y), cut(2, z + 1) - cut(2, z)}});
     std::vector<std::vector<WorkLeaf*>> made(list.size());
     tbb::parallel_for(size_t(0), list.size(), [&](size_t k) {
-        made[k] = solvePart<WorkLeaf>(list[k], [&](const Coord& origin) {
+        made[k] = solvePart<WorkLeaf>(list[k], band, [&](const Coord& origin) {
             BlockValues f;
             const int b = raw.at(origin);
             if (b >= 0)
@@ -471,7 +473,7 @@ WorkTree::Ptr redistanced(const Region& raw) {
             return f;
         });
     });
-    return treeOf<WorkTree>(made);
+    return treeOf<WorkTree>(made, band);
 }
 
 }  // namespace pavel

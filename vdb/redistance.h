@@ -1,5 +1,5 @@
 #pragma once
-// Turns a field that is right where it changes sign into a clean narrow-band distance of half width 3.
+// Turns a field that is right where it changes sign into a clean narrow-band distance, of half width 3 as a rule.
 //
 // Every voxel beside the zero set finds its foot point on it along the gradient of the trilinear field; foot points
 // travel outward through the band, each voxel keeping the nearest, and the plane at the foot point mends the sampling
@@ -10,7 +10,9 @@
 
 namespace pavel {
 
-WorkTree::Ptr redistanced(const Region& raw);
+/// How wide bands can be made.
+constexpr float kWidestBand = 4.5f;
+WorkTree::Ptr redistanced(const Region& raw, float band = kResultBand);
 openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree& raw);
 WorkTree::Ptr redistanced(const WorkTree& raw);
 

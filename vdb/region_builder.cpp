@@ -186,13 +186,16 @@ void RegionBuilder::clipBy(int i, int j, const Coord& origin, const OwnField& a,
     const double fine = factor_;
     const float stopA = fronts_[size_t(i)] ? fronts_[size_t(i)]->stopTime : 0,
                 stopB = fronts_[size_t(j)] ? fronts_[size_t(j)]->stopTime : 0, later = stopA - stopB;
+    const auto bisector = [&](int v) {
+        if (g.byDepth() && std::min(a.phi[v], b.phi[v]) > -kBand) return float(g.fromDistances(a.phi[v], b.phi[v]));
+        return float(fine * g(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))) / fine));
+    };
     for (int v = 0; v < 512; ++v) {
         const float scaleA = a.grown ? a.scale[v] : 0, scaleB = b.grown ? b.scale[v] : 0;
         const bool inA = a.phi[v] < 0, inB = b.phi[v] < 0;
         float taken;
         if (inA && inB) {
-            taken = std::min(
-                -b.phi[v], float(fine * g(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))) / fine)));
+            taken = std::min(-b.phi[v], bisector(v));
         } else if (scaleB > 0) {
             taken = inA ? -kBand : -std::min(b.phi[v], b.way[v]);
             if (scaleA > 0) {

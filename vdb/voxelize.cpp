@@ -9,16 +9,32 @@
 namespace pavel {
 namespace {
 
-Vec3 solidCentroid(const TriangleMesh& mesh) {
+openvdb::FloatGrid::Ptr meshToLevelSet(const TriangleMesh& mesh, double voxelSize, float outside, float inside) {
+    std::vector<openvdb::Vec3s> points;
+    std::vector<openvdb::Vec3I> triangles;
+    points.reserve(mesh.points.size());
+    for (const Vec3& p : mesh.points) points.emplace_back(toVdb(p / voxelSize));
+    triangles.reserve(mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
+    const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
+    auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+        adapter, *openvdb::math::Transform::createLinearTransform(1.0), outside, inside);
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    return grid;
+}
+
+Vec3 solidCentroid(const TriangleMesh& mesh, double& volume) {
     Vec3 sum(0, 0, 0);
-    double volume = 0;
+    volume = 0;
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Vec3 a = mesh.corner(t, 0), b = mesh.corner(t, 1), c = mesh.corner(t, 2);
         const double v = dot(a, cross(b, c));
         volume += v;
         sum += v * (a + b + c) / 4.0;
     }
-    return sum / volume;
+    const Vec3 centroid = sum / volume;
+    volume /= 6;
+    return centroid;
 }
 
 void markBlocks(const Vec3& centre, double radius, std::vector<Coord>& blocks) {
@@ -34,15 +50,15 @@ void markBlocks(const Vec3& centre, double radius, std::vector<Coord>& blocks) {
 }
 
 /// Copies a level set's leaves, each with the first layer of the leaves after it.
-void layOut(const openvdb::FloatTree& tree, float band, CanonicalField& f) {
+void layOut(const openvdb::FloatTree& tree, float outside, float inside, CanonicalField& f) {
     CoordBBox box;
     tree.evalLeafBoundingBox(box);
     f.lower = leafOrigin(box.min()).offsetBy(-8);
     const Coord upper = leafOrigin(box.max());
     for (int k = 0; k < 3; ++k) f.count[k] = (upper[k] - f.lower[k]) / 8 + 1;
     f.block.assign(size_t(f.count[0]) * size_t(f.count[1]) * size_t(f.count[2]), 0);
-    f.values.assign(2 * CanonicalField::kCorners, band);
-    std::fill(f.values.begin() + CanonicalField::kCorners, f.values.end(), -band);
+    f.values.assign(2 * CanonicalField::kCorners, outside);
+    std::fill(f.values.begin() + CanonicalField::kCorners, f.values.end(), -inside);
     const BaseReader reader(tree);
     size_t cell = 0;
     for (int x = 0; x < f.count[0]; ++x)
@@ -99,31 +115,35 @@ PAVEL_WIDE void sampleRow(const CanonicalField& f, const float p[3], const float
 
 }  // namespace
 
-openvdb::FloatGrid::Ptr meshToLevelSet(const TriangleMesh& mesh, double voxelSize, float halfWidth) {
-    std::vector<openvdb::Vec3s> points;
-    std::vector<openvdb::Vec3I> triangles;
-    points.reserve(mesh.points.size());
-    for (const Vec3& p : mesh.points) points.emplace_back(toVdb(p / voxelSize));
-    triangles.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles) triangles.emplace_back(t[0], t[1], t[2]);
-    const openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> adapter(points, triangles);
-    auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
-        adapter, *openvdb::math::Transform::createLinearTransform(1.0), halfWidth, halfWidth);
-    grid->setGridClass(openvdb::GRID_LEVEL_SET);
-    return grid;
-}
-
-CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, double scaleMin, double scaleMax) {
+CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, double scaleMin, double scaleMax,
+                                  bool deep) {
     CanonicalField f;
     f.voxelSize = 0.8 * voxelSize / scaleMax;
     // The band must still reach kBand voxels of the scene under the smallest scale, a cell's diagonal included.
     const float band = float(std::ceil((kBand + 0.5) * voxelSize / scaleMin / f.voxelSize)) + 2;
-    const openvdb::FloatGrid::Ptr grid = meshToLevelSet(mesh, f.voxelSize, band);
+    const Vec3 size = meshBounds(mesh).size();
+    const float inside = deep ? std::max(band, float(std::ceil(0.5 * size.min() / f.voxelSize)) + 2) : band;
+    const openvdb::FloatGrid::Ptr grid = meshToLevelSet(mesh, f.voxelSize, band, inside);
     if (grid->activeVoxelCount() == 0) throw RunError("an element's mesh left no voxels");
-    f.centroid = solidCentroid(mesh);
+    f.centroid = solidCentroid(mesh, f.volume);
     f.bounds = meshBounds(mesh);
-    layOut(grid->tree(), band, f);
+    layOut(grid->tree(), band, inside, f);
     return f;
+}
+
+double placedDistance(const CanonicalField& f, const Frame& indexFromElement, const Vec3& p) {
+    const Vec3 q = indexFromElement.applyInverse(p) / f.voxelSize - centreOf(f.lower);
+    int i[3];
+    double t[3];
+    for (int k = 0; k < 3; ++k) {
+        const double x = std::clamp(q[k], 0.0, 8.0 * f.count[k] - 1e-6);
+        i[k] = int(x), t[k] = x - i[k];
+    }
+    const size_t block = size_t(f.block[size_t(((i[0] >> 3) * f.count[1] + (i[1] >> 3)) * f.count[2] + (i[2] >> 3))]);
+    const float* c = f.values.data() + block * CanonicalField::kCorners + (i[0] & 7) * 81 + (i[1] & 7) * 9 + (i[2] & 7);
+    const auto alongZ = [&](int at) { return c[at] + (c[at + 1] - c[at]) * t[2]; };
+    const auto alongY = [&](int at) { return alongZ(at) + (alongZ(at + 9) - alongZ(at)) * t[1]; };
+    return (alongY(0) + (alongY(81) - alongY(0)) * t[0]) * f.voxelSize * indexFromElement.scale;
 }
 
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement) {
@@ -169,8 +189,8 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
     return tree;
 }
 
-openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize) {
-    return meshToLevelSet(mesh, voxelSize, kBaseBand);
+openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize, float halfWidth) {
+    return meshToLevelSet(mesh, voxelSize, halfWidth, halfWidth);
 }
 
 }  // namespace pavel

@@ -12,6 +12,7 @@ struct CanonicalField {
     static constexpr int kCorners = 9 * 9 * 9;
     double voxelSize = 1;        ///< of the canonical grid, in scene units
     Vec3 centroid{0, 0, 0};      ///< of the solid, element frame
+    double volume = 0;           ///< of the solid, element frame
     Bounds bounds;               ///< element frame
     Coord lower;                 ///< canonical index of the first block's first voxel
     int count[3] = {0, 0, 0};    ///< blocks
@@ -21,17 +22,19 @@ struct CanonicalField {
 };
 
 /// @param voxelSize h of the scene; scaleMin, scaleMax: over the placements of this mesh
-CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, double scaleMin, double scaleMax);
+/// @param deep distances all through the inside, not only near the surface
+CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, double scaleMin, double scaleMax,
+                                  bool deep = false);
+
+/// Distance in voxels of a placement at a point in index space, cut where the field's band ends.
+double placedDistance(const CanonicalField& field, const Frame& indexFromElement, const Vec3& p);
 
 /// Level set of one placement, half width kBand. indexFromElement carries the placement's scale / h.
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement);
 
-/// Half width of the base's band in work: only its surface matters.
+/// Half width of the base's band in work, where no gap is left: only its surface matters.
 constexpr float kBaseBand = 2;
-/// Narrow band of the base, half width kBaseBand, in voxels.
-openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize);
-
-/// Level set of any closed mesh at a voxel size, in voxels (rendering).
-openvdb::FloatGrid::Ptr meshToLevelSet(const TriangleMesh& mesh, double voxelSize, float halfWidth);
+/// Narrow band of the base, in voxels.
+openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize, float halfWidth = kBaseBand);
 
 }  // namespace pavel

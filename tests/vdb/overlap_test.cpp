@@ -151,6 +151,62 @@ TEST(Contact, ManySmoothlyJoined) {
     EXPECT_GT(ContactDistance()({0, 0, 0}), 1e8);
 }
 
+/// Elements as elementsAt makes them, with the distances that the rule of depth asks for.
+struct DeepElements {
+    std::unique_ptr<CanonicalField> field;
+    std::vector<WorkElement> elements;
+    DeepElements(const TriangleMesh& mesh, const std::vector<Frame>& frames) {
+        openvdb::initialize();
+        field = std::make_unique<CanonicalField>(makeCanonicalField(mesh, 1, 1, 1, true));
+        for (size_t i = 0; i < frames.size(); ++i) {
+            WorkElement e;
+            e.id = int(i) + 1;
+            e.indexFromElement = frames[i];
+            e.centre = frames[i].apply(field->centroid);
+            e.size = field->bounds.diagonal();
+            e.deep = field.get();
+            e.placed = voxelizePlacement(*field, frames[i]);
+            e.placed->evalLeafBoundingBox(e.box);
+            const InsideMeasure m = measureInside(*e.placed);
+            e.placedVolume = m.volume, e.placedVoxels = m.voxels;
+            elements.push_back(e);
+        }
+    }
+};
+
+TEST(Depth, IsTheBisectorOfEqualBalls) {
+    Frame a, b;
+    b.origin = Vec3(22, 5, -3);
+    DeepElements deep(test::sphere(16, {0, 0, 0}, 96), {a, b});
+    test::resolve(deep.elements);
+    const double d = length(b.origin);
+    for (const WorkElement& e : deep.elements) EXPECT_NEAR(e.lost() / test::capVolume(16, 16 - d / 2), 1, 0.01) << e.id;
+}
+
+TEST(Depth, ATipKeepsItsShareInsideAFlank) {
+    // A long box pokes 8 deep into the side of another, 12 thick and high: a square of 6 x 6 x 8 in common.
+    const TriangleMesh bar = test::box({-30, -6, -6}, {30, 6, 6});
+    Frame flank, tip;
+    tip.x = Vec3(0, 1, 0), tip.y = Vec3(-1, 0, 0);
+    tip.origin = Vec3(0.2, 30 + 6 - 8, 0.1);
+    DeepElements deep(bar, {flank, tip});
+    test::resolve(deep.elements);
+    const double common = 8 * 12 * 12, byDepth = deep.elements[1].lost();
+    EXPECT_NEAR(deep.elements[0].lost() + byDepth, common, 0.08 * common);  // sharp edges, 12 voxels apart
+    EXPECT_GT(byDepth, 0.3 * common);
+    EXPECT_LT(byDepth, 0.7 * common);
+    for (WorkElement& e : deep.elements) e.deep = nullptr, e.contacts.clear();
+    test::resolve(deep.elements);
+    EXPECT_GT(deep.elements[1].lost(), 0.95 * common);  // the flank's centre is nearer to all of it
+}
+
+TEST(Depth, TheSamePlaceGoesToTheLowerId) {
+    DeepElements deep(test::sphere(12, {0, 0, 0}, 64), {Frame(), Frame()});
+    test::resolve(deep.elements);
+    EXPECT_NEAR(deep.elements[0].bodyVolume, deep.elements[0].placedVolume, 1);
+    EXPECT_EQ(deep.elements[1].bodyVoxels, 0u);
+}
+
 TEST(Islands, TheLargestPieceStays) {
     WorkTree tree(kBand);
     const auto fill = [&](const CoordBBox& b) {

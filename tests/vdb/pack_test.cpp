@@ -191,6 +191,38 @@ TEST(Pack, DoesNotDependOnThreads) {
     for (; x; ++x, ++y) ASSERT_EQ(*x, *y);
 }
 
+TEST(Pack, GapIsLeftEverywhere) {
+    SmallScene scene;
+    scene.placed.resize(20);
+    RunContext context;
+    PackOptions options;
+    options.voxelSize = 0.55;
+    options.gap = 1.3;
+    const Packing p = pack(scene.base, scene.kinds, scene.placed, options, context);
+    const double gap = options.gap / options.voxelSize;  // voxels
+    openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> base(*p.grids->base);
+    double nearest = 100;
+    for (size_t i = 0; i < p.elements.size(); ++i) {
+        const ElementResult& e = p.elements[i];
+        EXPECT_NEAR((e.finalVolume + e.unrecoveredVolume) / e.targetVolume, 1, 2e-3) << e.id;
+        EXPECT_LT(e.targetVolume, 0.99 * e.initialVolume) << e.id;  // the base's gap at least
+        EXPECT_EQ(p.grids->elements[i]->background(), kResultBand);
+        for (auto it = p.grids->elements[i]->cbeginValueOn(); it; ++it) {
+            if (std::abs(*it) > 0.5) continue;
+            // A surface voxel's way to the surface, and on over the gap.
+            const double outside = std::max(*it, 0.f);
+            EXPECT_GT(base.getValue(it.getCoord()) + outside, gap - 0.4);
+            for (size_t j = 0; j < p.elements.size(); ++j) {
+                if (j == i) continue;
+                const double d = p.grids->elements[j]->getValue(it.getCoord());
+                EXPECT_GT(d + outside, gap - 0.4) << i << " " << j;
+                nearest = std::min(nearest, d + outside);
+            }
+        }
+    }
+    EXPECT_LT(nearest, gap + 0.3);  // and no wider than asked for
+}
+
 TEST(Pack, SwallowedAndWalledInElementsAreNamed) {
     SmallScene scene;
     ElementKind tiny;
