@@ -1,3 +1,5 @@
+#include <tbb/info.h>
+
 #include <cstdio>
 
 #include "pavel/core/mesh_check.h"
@@ -16,11 +18,12 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     const std::vector<ElementKind> kinds = loadKinds(scene, context);
     const double h = sceneVoxelSize(scene, kinds);
     checkVoxelSize(base, kinds, h, scene.material.gap, context);
-    double weights = 0, volume = 0, area = 0;
+    double weights = 0, volume = 0, area = 0, thinnest = 1e300;
     for (const ElementKind& k : kinds) {
         weights += k.weight;
         volume += k.weight * meshVolume(k.mesh);
         area += k.weight * meshArea(k.mesh);
+        thinnest = std::min(thinnest, meshBounds(k.mesh).size().min());
     }
     double n = double(scene.seeding.placements.size());
     if (!scene.seeding.file.empty()) n = double(readSeeds(scene.folder + "/" + scene.seeding.file, scene.units).size());
@@ -32,10 +35,21 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     // Bytes for each voxel of surface, as measured on the built-in scenes: bands of placed and trimmed bodies, growth,
     // meshes.
     const double bytes = 350e6 + 476 * surface + 448 * baseSurface;
+    // Seconds of CPU, likewise: the whole run with its files; growth costs by the surface on the grid that fronts march
+    // on.
+    const double factor = marchingFactor(thinnest * (1 - scene.sizeVariation) / h),
+                 cpu = 7 + 0.0033 * n + 8.6e-6 * (surface + baseSurface) + 3.6e-6 * surface / (factor * factor);
+    const int threads = options.threads > 0 ? options.threads : int(tbb::info::default_concurrency());
     std::printf(
         "%s: valid\n  elements           about %.0f\n  voxel size         %.6g %s\n  decoration voxels  about %.1f "
-        "million\n  base voxels        about %.1f million\n  memory             about %.2f GB\n",
-        path.c_str(), n, h, scene.units.c_str(), voxels / 1e6, meshVolume(base) / (h * h * h) / 1e6, bytes / 1e9);
+        "million\n  base voxels        about %.1f million\n  memory             about %.2f GB\n  time               "
+        "about "
+        "%.0f s of CPU, %.0f s on %d thread%s\n",
+        path.c_str(), n, h, scene.units.c_str(), voxels / 1e6, meshVolume(base) / (h * h * h) / 1e6, bytes / 1e9, cpu,
+        cpu / threads, threads, threads > 1 ? "s" : "");
+    if (options.memoryLimit > 0 && bytes > double(options.memoryLimit))
+        std::printf("  memory limit       %.2f GB: the run will page about %.2f GB to disk\n",
+                    double(options.memoryLimit) / 1e9, (bytes - double(options.memoryLimit)) / 1e9);
     for (const std::string& w : context.warnings) std::printf("  warning: %s\n", w.c_str());
 }
 

@@ -12,6 +12,7 @@ namespace pavel {
 struct CommonOptions {
     int threads = 0;  ///< 0: all
     std::vector<std::string> overrides;
+    size_t memoryLimit = 0;  ///< bytes; 0: none
     bool quiet = false, verbose = false, json = false, force = false;
 };
 

@@ -3,12 +3,14 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <new>
 
 #include "pavel/core/error.h"
 #include "pavel/core/shapes.h"
 #include "pavel/tools/commands.h"
+#include "pavel/tools/paged_heap.h"
 
 namespace {
 
@@ -23,7 +25,16 @@ void addCommon(CLI::App& app, CommonOptions& o, bool scene, double& voxel) {
     app.add_flag("--json", o.json, "progress and result as JSON lines on stdout");
     app.add_option("--set", o.overrides, "override a value of the scene: key.path=value (repeatable)")
         ->allow_extra_args(false);
+    app.add_option("--memory-limit", o.memoryLimit, "memory to keep within, paging to disk: 800M, 16G")
+        ->transform(CLI::AsSizeValue(false))
+        ->check(CLI::PositiveNumber);
     app.add_option("--voxel", voxel, "voxel size in scene units, instead of the scene's")->check(CLI::PositiveNumber);
+}
+
+/// The folder that a result is made in, on a disk with room for it.
+std::string parentOf(const std::string& folder) {
+    const std::filesystem::path parent = std::filesystem::absolute(folder).lexically_normal().parent_path();
+    return std::filesystem::exists(parent) ? parent.string() : std::filesystem::temp_directory_path().string();
 }
 
 int run(int argc, char** argv) {
@@ -92,6 +103,7 @@ int run(int argc, char** argv) {
         common.overrides.push_back("voxel_size=" + std::to_string(voxel));
         common.overrides.push_back("resolution=null");
     }
+    if (*decorate && common.memoryLimit > 0) pavel::enablePagedHeap(common.memoryLimit, parentOf(folder));
     if (*decorate)
         pavel::commandDecorate(scene, folder, common);
     else if (*example)

@@ -55,17 +55,14 @@ void inOrder(const std::vector<int>& order, const RunContext& context, const cha
     context.progress(stage, to);
 }
 
-/// How many times coarser than the result fronts may march: 1, 2, 4 or 8.
-int coarseFactor(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, double h,
-                 double across) {
+/// Voxels across the thinnest element.
+double thinnestAcross(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, double h) {
     double thinnest = 1e300;
     std::vector<double> thickness;
     for (const ElementKind& k : kinds) thickness.push_back(meshBounds(k.mesh).size().min());
     for (const PlacedElement& p : placed)
         thinnest = std::min(thinnest, thickness[size_t(p.kind)] * p.worldFromElement.scale / h);
-    int factor = 1;
-    while (factor < 8 && thinnest / (2 * factor) >= across) factor *= 2;
-    return factor;
+    return thinnest;
 }
 
 /// Canonical fields of all kinds that are placed.
@@ -234,11 +231,17 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
     }
 }
 
+int marchingFactor(double across, double marchAcross) {
+    int factor = 1;
+    while (factor < 8 && across / (2 * factor) >= marchAcross) factor *= 2;
+    return factor;
+}
+
 Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds,
              const std::vector<PlacedElement>& placed, const PackOptions& options, RunContext& context) {
     const double h = options.voxelSize, h3 = h * h * h;
     const size_t n = placed.size();
-    const int factor = coarseFactor(kinds, placed, h, options.marchAcross);
+    const int factor = marchingFactor(thinnestAcross(kinds, placed, h), options.marchAcross);
     const double coarseH = h * factor;
     const bool deep = options.contactByDepth;
     openvdb::initialize();

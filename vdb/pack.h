@@ -55,6 +55,10 @@ struct Packing {
 Packing pack(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed,
              const PackOptions& options, RunContext& context);
 
+/// How many times coarser than the result the grid is that fronts march on: 1, 2, 4 or 8.
+/// @param across voxels across the thinnest element
+int marchingFactor(double across, double marchAcross = PackOptions().marchAcross);
+
 /// Extent of the elements in voxels, and where they would leave the range that indices and floats can hold.
 /// @throws InputError where the voxel size or the gap does not suit the scene
 void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& kinds, double voxelSize, double gap,

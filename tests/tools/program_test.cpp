@@ -76,6 +76,29 @@ TEST(Program, VoxelSizeThatDoesNotSuit) {
     EXPECT_NE(o.text.find("voxel_size is too small"), std::string::npos) << o.text;
 }
 
+TEST(Program, AMemoryLimitChangesNothingButMemory) {
+    const test::TemporaryFolder folder;
+    writeText(folder / "scene.json", R"({ "resolution": 30, "base": { "shape": "sphere", "radius": 40 },
+      "elements": [ { "shape": "bean", "length": 15, "thickness": 6 } ], "seeding": { "count": 250, "iterations": 20 },
+      "output": { "mesh": [], "preview": false } })");
+    for (const char* limit : {"", " --memory-limit 256M"}) {
+        const Outcome o =
+            run("decorate " + (folder / "scene.json") + " --quiet -o " + (folder / (*limit ? "b" : "a")) + limit);
+        ASSERT_EQ(o.status, 0) << o.text;
+    }
+    for (const char* file : {"decoration.vdb", "element_id.vdb", "seeds.json"})
+        EXPECT_TRUE(slurp(folder / "a/" + file) == slurp(folder / "b/" + file)) << file;
+    const auto peak = [&](const char* run) {
+        return nlohmann::json::parse(slurp(folder / run + "/report.json"))["memory"]["peak_rss_bytes"].get<double>();
+    };
+    // Pages that are just coming back may overshoot.
+    EXPECT_GT(peak("a"), 400e6);
+    EXPECT_LT(peak("b"), 370e6);
+    const Outcome o = run("decorate " + (folder / "scene.json") + " --memory-limit 10M -o " + (folder / "c"));
+    EXPECT_EQ(o.status, 2);
+    EXPECT_NE(o.text.find("256M"), std::string::npos) << o.text;
+}
+
 TEST(Program, DecoratesRepeatably) {
     const test::TemporaryFolder folder;
     writeText(folder / "scene.json", kSmall);
