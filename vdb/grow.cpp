@@ -10,8 +10,6 @@ namespace pavel {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// Voxels that the fastest front covers in one round: how old another's claim may be before it is seen.
-constexpr double kRoundVoxels = 1.5;
 /// A front is stuck when its fastest point has fallen under this share of its largest speed (algorithm, section 3).
 constexpr double kStuckShare = 0.01;
 
@@ -32,7 +30,7 @@ Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTre
     }
 }
 
-void Growth::march(const RunContext& context) {
+void Growth::march(const RunContext& context, double roundVoxels) {
     std::vector<Front*> active;
     for (const auto& f : fronts_)
         if (f) active.push_back(f.get());
@@ -61,7 +59,7 @@ void Growth::march(const RunContext& context) {
             first = std::min(first, arrivals[i]);
         }
         if (first < kInfinity) {
-            const double window = kRoundVoxels / speed;
+            const double window = roundVoxels / speed;
             now = first + window;  // back to the start, where a front started anew
             each(active, [&](Front& f) { f.march(now, stopTimes, true); });
             each(active, [](Front& f) { f.commit(); });

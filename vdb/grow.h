@@ -20,7 +20,9 @@ class Growth {
     Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
            const std::vector<Material>& materials);
 
-    void march(const RunContext& context);
+    /// @param window voxels that the fastest front covers in one round: how old another's claim may be before it is
+    /// seen. Short ones march like a single queue, but in many rounds.
+    void march(const RunContext& context, double window = 1.5);
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels. Goes on until no
     /// front moves by more than `still` voxels, or its neighbours hinder it.
     void solveStopTimes(const std::vector<double>& targets, double still, const RunContext& context);

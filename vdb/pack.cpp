@@ -219,6 +219,8 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
         throw InputError("material.gap is " + std::to_string(gap / h).substr(0, 5) + " voxels wide (at most " +
                          std::to_string(kMostGap).substr(0, 1) + "): make it narrower or voxel_size larger");
     for (const ElementKind& k : kinds) {
+        if (meshBounds(k.mesh).size().max() > b.size().max())
+            context.warn("element \"" + k.name + "\" is larger than the base");
         if (2 * gap > meshBounds(k.mesh).size().min())
             throw InputError("material.gap is more than half as wide as element \"" + k.name + "\" is thick");
         const double voxels = meshBounds(k.mesh).size().min() / h;

@@ -1,5 +1,10 @@
 #include "pavel/vdb/grow.h"
 
+#include <map>
+#include <numeric>
+
+#include "pavel/vdb/level_set_mesh.h"
+#include "pavel/vdb/packed_grids.h"
 #include "pavel/vdb/redistance.h"
 #include "pavel/vdb/region_builder.h"
 #include "support/elements.h"
@@ -93,6 +98,78 @@ TEST(Growth, BulgesNearTheContactAndNowhereElse) {
         if (*it < 0) most = std::max(most, length(centreOf(it.getCoord()) - e.centre));
     EXPECT_GT(most, 20.5);  // the collar stands out
     EXPECT_LT(most, 27);
+}
+
+/// Angles between the normals of faces that share an edge, degrees, sorted; of edges that `keep` takes by their middle.
+template <class Keep>
+std::vector<double> dihedralAngles(const TriangleMesh& mesh, Keep keep) {
+    std::map<std::pair<int, int>, Vec3> seen;
+    std::vector<double> angles;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Vec3 n = normalized(cross(mesh.corner(t, 1) - mesh.corner(t, 0), mesh.corner(t, 2) - mesh.corner(t, 0)));
+        for (int k = 0; k < 3; ++k) {
+            const int a = mesh.triangles[t][size_t(k)], b = mesh.triangles[t][size_t((k + 1) % 3)];
+            if (!keep(0.5 * (mesh.points[size_t(a)] + mesh.points[size_t(b)]))) continue;
+            const auto [it, isNew] = seen.emplace(std::minmax(a, b), n);
+            if (!isNew) angles.push_back(std::acos(std::clamp(dot(n, it->second), -1.0, 1.0)) * 180 / kPi);
+        }
+    }
+    std::sort(angles.begin(), angles.end());
+    return angles;
+}
+
+TEST(Growth, FreeSurfaceIsAsSmoothAsAnUngrownOne) {
+    const Pair p = grownPair(30, Material{0.1, 0.3});
+    const WorkElement &e = p.elements[0], &other = p.elements[1];
+    const Vec3 toward = normalized(other.centre - e.centre);
+    const auto grown = [&](const Vec3& q) {  // the collar, away from its rim
+        const double along = dot(q - e.centre, toward);
+        return along > 2 && along < 11;
+    };
+    const auto angles = [&](const WorkTree& tree) {
+        return dihedralAngles(levelSetMesh(*toFloatGrid(tree), 1), grown);
+    };
+    const std::vector<double> after = angles(*p.packed[0]), before = angles(*e.placed);
+    ASSERT_GT(after.size(), 1000u);
+    const auto mean = [](const std::vector<double>& a) {
+        return std::accumulate(a.begin(), a.end(), 0.0) / double(a.size());
+    };
+    const auto at = [](const std::vector<double>& a, double share) { return a[size_t(share * double(a.size()))]; };
+    EXPECT_LT(mean(after), 1.2 * mean(before)) << mean(before);
+    EXPECT_LT(at(after, 0.99), 1.5 * at(before, 0.99)) << at(before, 0.99);
+}
+
+TEST(Growth, WindowsDoNotChangeWhoGetsWhat) {
+    // Seven balls around one another, so that most fronts compete.
+    std::vector<Vec3> places{{0, 0, 0}};
+    for (int i = 0; i < 6; ++i)
+        places.emplace_back(25 * std::cos(kPi * i / 3), 25 * std::sin(kPi * i / 3), 1.5 * (i % 3));
+    std::vector<std::vector<WorkTree::Ptr>> packed;
+    double grownVoxels = 0;
+    for (const double window : {1.5, 0.05}) {
+        auto elements = test::elementsAt(test::sphere(15, {0, 0, 0}, 96), places);
+        test::resolve(elements);
+        Growth growth(elements, nullptr, {Material{0.1, 0.3}});
+        const RunContext context;
+        growth.march(context, window);
+        std::vector<double> targets;
+        for (const WorkElement& e : elements) targets.push_back(e.targetVolume);
+        growth.solveStopTimes(targets, 0.02, context);
+        grownVoxels = double(growth.grownVoxels());
+        const std::vector<WorkTree::Ptr> placed = placedOf(elements);
+        const RegionBuilder builder(elements, placed, nullptr, growth.fronts(), 1);
+        packed.emplace_back();
+        for (size_t i = 0; i < elements.size(); ++i) packed.back().push_back(redistanced(builder.build(int(i))));
+    }
+    size_t differ = 0;
+    for (size_t i = 0; i < places.size(); ++i) {
+        const WorkTree &a = *packed[0][i], &b = *packed[1][i];
+        EXPECT_NEAR(measureInside(a).volume / measureInside(b).volume, 1, 1e-3) << i;
+        CoordBBox box;
+        a.evalLeafBoundingBox(box);
+        for (auto it = box.begin(); it; ++it) differ += (a.getValue(*it) < 0) != (b.getValue(*it) < 0);
+    }
+    EXPECT_LT(double(differ), 0.01 * grownVoxels) << grownVoxels;
 }
 
 TEST(Growth, SpheresApartDoNotChange) {
