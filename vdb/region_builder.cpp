@@ -59,6 +59,36 @@ PAVEL_WIDE void upsample(const float* nodes, int factor, float* out) {
     }
 }
 
+/// Gives the nodes beside those that the front reached times as if it had gone straight on, two layers of them: an
+/// interpolation that took the placed surface's distance for them would put ripples into the front's.
+void continueTimes(int n, const float* phi, float* way, float* scale) {
+    const int step[3] = {n * n, n, 1};
+    float newWay[343], newScale[343];
+    int list[343];
+    for (int pass = 0; pass < 2; ++pass) {
+        int count = 0;
+        for (int x = 0, i = 0; x < n; ++x)
+            for (int y = 0; y < n; ++y)
+                for (int z = 0; z < n; ++z, ++i) {
+                    if (scale[i] > 0) continue;
+                    const int at[3] = {x, y, z};
+                    float ahead = 0, speed = 0;
+                    int known = 0;
+                    for (int k = 0; k < 3; ++k) {
+                        if (at[k] > 0 && scale[i - step[k]] > 0)
+                            ahead += way[i - step[k]] - phi[i - step[k]], speed += scale[i - step[k]], ++known;
+                        if (at[k] + 1 < n && scale[i + step[k]] > 0)
+                            ahead += way[i + step[k]] - phi[i + step[k]], speed += scale[i + step[k]], ++known;
+                    }
+                    if (!known) continue;
+                    newWay[i] = phi[i] + ahead / float(known);
+                    newScale[i] = speed / float(known);
+                    list[count++] = i;
+                }
+        for (int c = 0; c < count; ++c) way[list[c]] = newWay[list[c]], scale[list[c]] = newScale[list[c]];
+    }
+}
+
 }  // namespace
 
 RegionBuilder::RegionBuilder(const std::vector<WorkElement>& elements, const std::vector<WorkTree::Ptr>& placed,
@@ -141,6 +171,7 @@ void RegionBuilder::interpolate(const Front& front, const Coord& origin, OwnFiel
         field.grown = false;
         return;
     }
+    continueTimes(n, phi, way, scale);
     float coarsePhi[512];
     const float slowest = 1e-3f * float(front.weight) * k;
     upsample(way, factor_, field.way);
