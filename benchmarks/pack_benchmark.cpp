@@ -33,7 +33,7 @@ json run(int elements, double megavoxels) {
     pearl.name = pearl.shape = "pearl";
     pearl.parameters["radius"] = 40 * std::sqrt(4 * 1.43 / elements);  // coverage 1.43
     scene.elements = {pearl};
-    scene.seeding.count = size_t(elements);
+    scene.seedings[0].count = size_t(elements);
     validate(scene);
     RunContext context;
     const TriangleMesh base = loadBase(scene, context);

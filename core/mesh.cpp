@@ -94,6 +94,38 @@ void append(TriangleMesh& a, const TriangleMesh& b) {
     for (const Triangle& t : b.triangles) a.triangles.push_back({t[0] + shift, t[1] + shift, t[2] + shift});
 }
 
+double sectionArea(const TriangleMesh& mesh, double z) {
+    double twice = 0;
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        Vec3 cut[2];
+        int up = -1, down = -1;  // edges that cross upwards and downwards
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 a = mesh.corner(t, k), b = mesh.corner(t, (k + 1) % 3);
+            if ((a[2] < z) == (b[2] < z)) continue;
+            const Vec3 p = a + (z - a[2]) / (b[2] - a[2]) * (b - a);
+            if (a[2] < z)
+                cut[0] = p, up = k;
+            else
+                cut[1] = p, down = k;
+        }
+        if (up < 0 || down < 0) continue;
+        // Seen from above the solid lies to the left of the way from where an edge rises to where one falls.
+        twice += cut[0][0] * cut[1][1] - cut[0][1] * cut[1][0];
+    }
+    return std::abs(twice) / 2;
+}
+
+double widestHeight(const TriangleMesh& mesh) {
+    constexpr int kCuts = 64;
+    const Bounds b = meshBounds(mesh);
+    double best = 0, height = 0;
+    for (int i = 0; i < kCuts; ++i) {
+        const double z = b.min[2] + (i + 0.5) / kCuts * (b.max[2] - b.min[2]), area = sectionArea(mesh, z);
+        if (area > best * (1 + 1e-9)) best = area, height = z;
+    }
+    return height;
+}
+
 void scaleMesh(TriangleMesh& mesh, double factor) {
     for (Vec3& p : mesh.points) p *= factor;
 }

@@ -45,6 +45,10 @@ std::vector<Vec3> vertexNormals(const TriangleMesh& mesh);
 std::vector<std::array<int, 3>> triangleNeighbours(const TriangleMesh& mesh);
 /// Appends b to a; b's groups are dropped unless both have them under the same names.
 void append(TriangleMesh& a, const TriangleMesh& b);
+/// Area of a closed mesh's cut at height z.
+double sectionArea(const TriangleMesh& mesh, double z);
+/// The height of the widest cut.
+double widestHeight(const TriangleMesh& mesh);
 void scaleMesh(TriangleMesh& mesh, double factor);
 /// The triangles of one named group, with unused vertices removed. Throws InputError where there is no such group.
 TriangleMesh groupSubmesh(const TriangleMesh& mesh, const std::string& group);

@@ -20,6 +20,43 @@ void checkMaterial(double a, double b, const std::string& where) {
     need(positive(a) && std::isfinite(b) && b > a && b <= 3, where + ": a and b must satisfy 0 < a < b <= 3");
 }
 
+void checkSeeding(const SeedingOptions& d, const std::set<std::string>& names, const std::string& at) {
+    if (d.method == "cvt") {
+        need(!(d.coverage && d.count), at + ": give coverage or count, not both");
+        need(d.coverage || d.count, at + ": give \"coverage\" (1.2 to 1.6 suits most) or \"count\"");
+        if (d.coverage)
+            need(positive(*d.coverage) && *d.coverage <= 10, at + ".coverage must be above 0 and at most 10");
+        if (d.count) need(*d.count >= 1 && *d.count <= 10000000, at + ".count must be from 1 to 10000000");
+        need(d.iterations >= 0 && d.iterations <= 100000, at + ".iterations must be from 0 to 100000");
+    } else {
+        need(d.placements.empty() != d.file.empty(), at + ": method \"manual\" needs \"placements\" or \"file\"");
+        for (size_t i = 0; i < d.placements.size(); ++i) {
+            const PlacementOptions& p = d.placements[i];
+            const std::string where = at + ".placements[" + std::to_string(i) + "]";
+            need(isFinite(p.position), where + ".position must be finite");
+            need(positive(p.scale), where + ".scale must be above 0");
+            need(std::isfinite(p.rotation), where + ".rotation must be finite");
+            if (p.normal) need(isFinite(*p.normal) && length(*p.normal) > 0, where + ".normal must not be zero");
+            need(p.element.empty() || names.count(p.element),
+                 where + ".element: there is no element \"" + p.element + "\"" +
+                     didYouMean(p.element, std::vector<std::string>(names.begin(), names.end())));
+        }
+    }
+    for (const std::string& name : d.elements)
+        need(names.count(name), at + ".elements: there is no element \"" + name + "\"" +
+                                    didYouMean(name, std::vector<std::string>(names.begin(), names.end())));
+    need(std::isfinite(d.offset) && d.offset >= 0, at + ".offset must be at least 0, or \"auto\"");
+    const RegionOptions& r = d.region;
+    if (r.box)
+        need(isFinite(r.box->min) && isFinite(r.box->max) && (r.box->size()).min() > 0,
+             at + ".region.box must be two corners, the least first");
+    if (r.sphere)
+        need(isFinite(r.sphere->center) && positive(r.sphere->radius), at + ".region.sphere needs a radius above 0");
+    if (r.height)
+        need(std::isfinite(r.height->first) && std::isfinite(r.height->second) && r.height->first < r.height->second,
+             at + ".region.height must be two heights, the lower first");
+}
+
 }  // namespace
 
 double metresPerUnit(const std::string& units) {
@@ -59,28 +96,8 @@ void validate(const Scene& s) {
         weights += e.weight;
     }
     need(weights > 0, "elements: at least one weight must be above 0");
-    const SeedingOptions& d = s.seeding;
-    if (d.method == "cvt") {
-        need(!(d.coverage && d.count), "seeding: give coverage or count, not both");
-        need(d.coverage || d.count, "seeding: give \"coverage\" (1.2 to 1.6 suits most) or \"count\"");
-        if (d.coverage)
-            need(positive(*d.coverage) && *d.coverage <= 10, "seeding.coverage must be above 0 and at most 10");
-        if (d.count) need(*d.count >= 1 && *d.count <= 10000000, "seeding.count must be from 1 to 10000000");
-        need(d.iterations >= 0 && d.iterations <= 100000, "seeding.iterations must be from 0 to 100000");
-    } else {
-        need(d.placements.empty() != d.file.empty(), "seeding: method \"manual\" needs \"placements\" or \"file\"");
-        for (size_t i = 0; i < d.placements.size(); ++i) {
-            const PlacementOptions& p = d.placements[i];
-            const std::string where = "seeding.placements[" + std::to_string(i) + "]";
-            need(isFinite(p.position), where + ".position must be finite");
-            need(positive(p.scale), where + ".scale must be above 0");
-            need(std::isfinite(p.rotation), where + ".rotation must be finite");
-            if (p.normal) need(isFinite(*p.normal) && length(*p.normal) > 0, where + ".normal must not be zero");
-            need(p.element.empty() || names.count(p.element),
-                 where + ".element: there is no element \"" + p.element + "\"" +
-                     didYouMean(p.element, std::vector<std::string>(names.begin(), names.end())));
-        }
-    }
+    for (size_t i = 0; i < s.seedings.size(); ++i)
+        checkSeeding(s.seedings[i], names, s.seedings.size() > 1 ? "seeding[" + std::to_string(i) + "]" : "seeding");
     need(std::isfinite(s.orientation.angle) && std::isfinite(s.orientation.jitter) && s.orientation.jitter >= 0,
          "orientation: angle and jitter must be finite, jitter at least 0");
     need(std::isfinite(s.sizeVariation) && s.sizeVariation >= 0 && s.sizeVariation < 1,

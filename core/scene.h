@@ -40,19 +40,35 @@ struct PlacementOptions {
     std::string element;  ///< empty: the first kind
 };
 
+/// Where on the base a seeding may put elements; what is not given does not limit.
+struct RegionOptions {
+    std::string part;  ///< "all", or a group of the mesh; empty: "outer" where the base has such a part, else all
+    std::optional<Bounds> box;
+    struct Ball {
+        Vec3 center{0, 0, 0};
+        double radius = 0;
+    };
+    std::optional<Ball> sphere;
+    std::optional<std::pair<double, double>> height;  ///< least and most z
+    bool cuts() const { return box || sphere || height; }
+};
+
 struct SeedingOptions {
     std::string method = "cvt";  ///< cvt | manual
     std::optional<double> coverage;
     std::optional<size_t> count;
     int iterations = 100;
-    std::string region;  ///< empty: "outer" where the base has such a part, else "all"
+    double offset = 0;        ///< height of the surface that is sampled over the base
+    bool autoOffset = false;  ///< "auto": the height of the elements' widest section
+    RegionOptions region;
+    std::vector<std::string> elements;  ///< names of the kinds it places; empty: all
     bool snap = true;
     std::vector<PlacementOptions> placements;
     std::string file;
 };
 
 struct OrientationOptions {
-    std::string rotation = "random";  ///< random | fixed
+    std::string rotation = "random";  ///< random | fixed | alternate: half a turn between neighbours
     double angle = 0, jitter = 0;
 };
 
@@ -76,8 +92,9 @@ struct Scene {
     uint64_t seed = 1;
     BaseOptions base;
     std::vector<ElementOptions> elements;
-    SeedingOptions seeding;
+    std::vector<SeedingOptions> seedings{1};  ///< at least one
     OrientationOptions orientation;
+    std::string assignment = "random";  ///< random | alternate | sequence: which kind goes where
     double sizeVariation = 0;
     MaterialOptions material;
     OutputOptions output;

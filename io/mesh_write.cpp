@@ -151,6 +151,16 @@ int addAccessor(tinygltf::Model& model, const std::vector<T>& data, int componen
     return int(model.accessors.size()) - 1;
 }
 
+/// A frame as a node's matrix, columns first, in metres and +Y up.
+std::vector<double> gltfMatrix(const Frame& frame, double metres) {
+    const auto turned = [](const Vec3& v) { return Vec3(v[0], v[2], -v[1]); };
+    const Vec3 columns[4] = {frame.scale * turned(frame.x), frame.scale * turned(frame.z),
+                             -frame.scale * turned(frame.y), metres * turned(frame.origin)};
+    std::vector<double> m;
+    for (int c = 0; c < 4; ++c) m.insert(m.end(), {columns[c][0], columns[c][1], columns[c][2], c == 3 ? 1.0 : 0.0});
+    return m;
+}
+
 void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, double metres) {
     tinygltf::Model model;
     model.asset.version = "2.0";
@@ -212,11 +222,16 @@ void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, d
         mesh.name = o.name;
         mesh.primitives.push_back(primitive);
         model.meshes.push_back(mesh);
-        tinygltf::Node node;
-        node.name = o.name;
-        node.mesh = int(model.meshes.size()) - 1;
-        model.nodes.push_back(node);
-        model.scenes[0].nodes.push_back(int(model.nodes.size()) - 1);
+        const auto addNode = [&](const std::string& name, const std::vector<double>& matrix) {
+            tinygltf::Node node;
+            node.name = name;
+            node.mesh = int(model.meshes.size()) - 1;
+            node.matrix = matrix;
+            model.nodes.push_back(node);
+            model.scenes[0].nodes.push_back(int(model.nodes.size()) - 1);
+        };
+        if (o.instances.empty()) addNode(o.name, {});
+        for (const auto& [name, frame] : o.instances) addNode(name, gltfMatrix(frame, metres));
     }
     if (model.buffers[0].data.size() > 0xfff00000u)
         throw RunError(path + ": a GLB file cannot hold more than 4 GB; choose ply, obj or stl");

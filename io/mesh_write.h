@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pavel/core/frame.h"
 #include "pavel/core/mesh.h"
 
 namespace pavel {
@@ -13,6 +14,8 @@ struct MeshObject {
     TriangleMesh mesh;
     Vec3 color{0.8, 0.8, 0.8};       ///< sRGB in [0, 1]
     std::vector<Vec3> vertexColors;  ///< sRGB; empty: `color` everywhere
+    /// Where it stands, with a name each; none: as it is. GLB only, where the mesh is then stored once.
+    std::vector<std::pair<std::string, Frame>> instances;
 };
 
 /// The ending decides: obj, ply, stl, glb. STL and PLY join all objects into one. Lengths as they are, z up; GLB in

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <mutex>
 
 #include "pavel/core/error.h"
@@ -92,12 +93,16 @@ struct Stage {
             const int y0 = band * kBand, y1 = std::min(raster.height, y0 + kBand);
             for (size_t o = 0; o < objects.size(); ++o) {
                 const TriangleMesh& m = objects[o].mesh;
-                for (size_t t = 0; t < m.triangles.size(); ++t) {
-                    const Vec3 p[3] = {projected[o][size_t(m.triangles[t][0])], projected[o][size_t(m.triangles[t][1])],
-                                       projected[o][size_t(m.triangles[t][2])]};
-                    if (std::max({p[0][1], p[1][1], p[2][1]}) < y0 || std::min({p[0][1], p[1][1], p[2][1]}) > y1)
-                        continue;
-                    raster.draw(p, first[o] + int64_t(t), y0, y1);
+                for (size_t run = 0; run < rows[o].size(); ++run) {
+                    if (rows[o][run].second < y0 || rows[o][run].first > y1) continue;
+                    for (size_t t = run * kRun; t < std::min(m.triangles.size(), (run + 1) * kRun); ++t) {
+                        const Vec3 p[3] = {projected[o][size_t(m.triangles[t][0])],
+                                           projected[o][size_t(m.triangles[t][1])],
+                                           projected[o][size_t(m.triangles[t][2])]};
+                        if (std::max({p[0][1], p[1][1], p[2][1]}) < y0 || std::min({p[0][1], p[1][1], p[2][1]}) > y1)
+                            continue;
+                        raster.draw(p, first[o] + int64_t(t), y0, y1);
+                    }
                 }
             }
         });
@@ -109,8 +114,22 @@ struct Stage {
             projected[o].resize(points.size());
             tbb::parallel_for(size_t(0), points.size(), [&](size_t i) { projected[o][i] = camera.project(points[i]); });
         });
+        rows.resize(objects.size());
+        tbb::parallel_for(size_t(0), objects.size(), [&](size_t o) {
+            const auto& triangles = objects[o].mesh.triangles;
+            rows[o].assign((triangles.size() + kRun - 1) / kRun, {1e30, -1e30});
+            tbb::parallel_for(size_t(0), rows[o].size(), [&](size_t run) {
+                auto& [lo, hi] = rows[o][run];
+                for (size_t t = run * kRun; t < std::min(triangles.size(), (run + 1) * kRun); ++t)
+                    for (int v : triangles[t])
+                        lo = std::min(lo, projected[o][size_t(v)][1]), hi = std::max(hi, projected[o][size_t(v)][1]);
+            });
+        });
     }
+    /// Triangles whose rows are kept together: meshes come in order of place, so most bands skip most runs.
+    static constexpr size_t kRun = 1024;
     std::vector<std::vector<Vec3>> projected;
+    std::vector<std::vector<std::pair<double, double>>> rows;
 };
 
 double occlusion(const Raster& r, int x, int y, double pixelsPerUnit, double reach) {
@@ -118,17 +137,23 @@ double occlusion(const Raster& r, int x, int y, double pixelsPerUnit, double rea
     const float z0 = r.depth[size_t(y) * size_t(r.width) + size_t(x)];
     const double radius = std::clamp(reach * pixelsPerUnit, 4.0, 80.0);
     constexpr int kDirections = 8, kSteps = 5;
+    static const auto directions = [] {  // sixteen; every other pixel takes the other half
+        std::array<std::pair<double, double>, 2 * kDirections> all;
+        for (size_t d = 0; d < all.size(); ++d)
+            all[d] = {std::cos(kPi * double(d) / kDirections), std::sin(kPi * double(d) / kDirections)};
+        return all;
+    }();
     double open = 0;
     for (int d = 0; d < kDirections; ++d) {
-        const double a = 2 * kPi * (d + 0.5 * ((x ^ y) & 1)) / kDirections;
+        const auto& [dx, dy] = directions[size_t(2 * d + ((x ^ y) & 1))];
         double horizon = 0;
         for (int s = 1; s <= kSteps; ++s) {
             const double l = radius * s / kSteps;
-            const int px = x + int(std::lround(l * std::cos(a))), py = y + int(std::lround(l * std::sin(a)));
+            const int px = int(std::floor(x + l * dx + 0.5)), py = int(std::floor(y + l * dy + 0.5));
             if (px < 0 || py < 0 || px >= r.width || py >= r.height) continue;
             const double rise = z0 - r.depth[size_t(py) * size_t(r.width) + size_t(px)], run = l / pixelsPerUnit;
             if (rise > 4 * reach) continue;  // another object far in front
-            horizon = std::max(horizon, rise / std::hypot(rise, run));
+            horizon = std::max(horizon, rise / std::sqrt(rise * rise + run * run));
         }
         open += 1 - horizon;
     }
@@ -147,6 +172,10 @@ void writePng(const std::string& path, int width, int height, const std::vector<
 
 double toLinear(double c) {
     return std::pow(c, 2.2);
+}
+double fortieth(double c) {
+    const double c2 = c * c, c4 = c2 * c2, c8 = c4 * c4;
+    return c8 * c8 * c8 * c8 * c8;
 }
 uint8_t toScreen(double c) {
     return uint8_t(std::lround(255 * std::pow(std::clamp(c, 0.0, 1.0), 1 / 2.2)));
@@ -237,7 +266,7 @@ void renderPng(const std::string& path, const std::vector<MeshObject>& objects, 
                 const Vec3 half = normalized(key + normalized(camera.eye - p));
                 const double diffuse = 0.85 * lit * std::max(0.0, dot(n, key)) + ao * (0.30 + 0.12 * n[2]) +
                                        0.18 * ao * std::max(0.0, dot(n, fill));
-                const double shine = 0.14 * lit * std::pow(std::max(0.0, dot(n, half)), 40);
+                const double shine = 0.14 * lit * fortieth(std::max(0.0, dot(n, half)));
                 for (int k = 0; k < 3; ++k) sum[k] += toLinear(color[k]) * diffuse + shine;
             }
             sum /= double(kSuper * kSuper);

@@ -27,9 +27,10 @@ std::string reportJson(const Scene& scene, const SeedSet& seeds, const std::vect
         {"active_voxels", c.activeVoxels},
         {"extracted_triangles", report.extractedTriangles},
         {"final_triangles", report.finalTriangles}};
-    double initial = 0, lost = 0, final_ = 0, unrecovered = 0, worst = 0;
+    double initial = 0, target = 0, lost = 0, final_ = 0, unrecovered = 0, worst = 0;
     for (const ElementResult& e : packing.elements) {
         initial += e.initialVolume;
+        target += e.targetVolume;
         lost += e.lostVolume;
         final_ += e.finalVolume;
         unrecovered += e.unrecoveredVolume;
@@ -38,7 +39,7 @@ std::string reportJson(const Scene& scene, const SeedSet& seeds, const std::vect
     }
     root["volume"] = {{"initial", initial},
                       {"lost", lost},
-                      {"recovered", final_ - (initial - lost)},
+                      {"recovered", final_ - (target - lost)},
                       {"unrecovered", unrecovered},
                       {"max_relative_error", worst}};
     json wall, cpu;

@@ -131,31 +131,63 @@ PlacementOptions readPlacement(const json& j, const std::string& path) {
     return p;
 }
 
-SeedingOptions readSeeding(const json& j) {
-    if (j.is_array()) throw InputError("seeding: a list of seedings is not available yet; give one");
-    JsonReader r(j, "seeding");
+/// Two numbers or two points, as a list.
+template <class T>
+std::pair<T, T> readPair(const json& j, const std::string& where) {
+    if (!j.is_array() || j.size() != 2) throw InputError(where + ": must be a list of two");
+    return {JsonReader::as<T>(j[0], where), JsonReader::as<T>(j[1], where)};
+}
+
+RegionOptions readRegion(const json& j, const std::string& where) {
+    RegionOptions region;
+    if (j.is_string()) {
+        region.part = j.get<std::string>();
+        return region;
+    }
+    JsonReader r(j, where);
+    r.get("group", region.part);
+    if (const json* box = r.find("box")) {
+        const auto [lo, hi] = readPair<Vec3>(*box, where + ".box");
+        region.box = Bounds{lo, hi};
+    }
+    if (const json* sphere = r.find("sphere")) {
+        JsonReader s(*sphere, where + ".sphere");
+        region.sphere.emplace();
+        s.get("center", region.sphere->center);
+        s.get("radius", region.sphere->radius);
+        s.finish();
+    }
+    if (const json* height = r.find("height")) region.height = readPair<double>(*height, where + ".height");
+    if (r.find("vertex_mask")) throw InputError(where + ".vertex_mask: is not available yet");
+    r.finish();
+    return region;
+}
+
+SeedingOptions readSeeding(const json& j, const std::string& where) {
+    JsonReader r(j, where);
     SeedingOptions s;
     r.choice("method", s.method, {"cvt", "manual"}, {"stripes"});
     r.get("coverage", s.coverage);
     r.get("count", s.count);
     r.get("iterations", s.iterations);
-    r.notYet("offset", 0);
-    if (const json* region = r.find("region")) {
-        if (!region->is_string())
-            throw InputError(
-                "seeding.region: regions by box, sphere, height, group or mask are not available yet; use \"all\" or a "
-                "part's name");
-        s.region = region->get<std::string>();
+    if (const json* offset = r.find("offset")) {
+        s.autoOffset = *offset == "auto";
+        if (!s.autoOffset) s.offset = JsonReader::as<double>(*offset, where + ".offset");
     }
+    if (const json* region = r.find("region")) s.region = readRegion(*region, where + ".region");
     r.get("snap", s.snap);
     r.get("file", s.file);
     if (const json* list = r.find("placements")) {
-        if (!list->is_array()) throw InputError("seeding.placements: must be a list");
+        if (!list->is_array()) throw InputError(where + ".placements: must be a list");
         for (size_t i = 0; i < list->size(); ++i)
-            s.placements.push_back(readPlacement((*list)[i], "seeding.placements[" + std::to_string(i) + "]"));
+            s.placements.push_back(readPlacement((*list)[i], where + ".placements[" + std::to_string(i) + "]"));
     }
-    for (const char* key : {"spacing", "angle", "field", "elements"})
-        if (r.find(key)) throw InputError(std::string("seeding.") + key + ": is not available yet");
+    if (const json* list = r.find("elements")) {
+        if (!list->is_array()) throw InputError(where + ".elements: must be a list of names");
+        for (const json& name : *list) s.elements.push_back(JsonReader::as<std::string>(name, where + ".elements"));
+    }
+    for (const char* key : {"spacing", "angle", "field"})
+        if (r.find(key)) throw InputError(where + "." + key + ": is not available yet");
     r.finish();
     return s;
 }
@@ -205,6 +237,43 @@ std::string pathFrom(const std::string& path, const Scene& scene, const std::str
     return fs::proximate(fs::absolute(fs::path(scene.folder) / path), fs::absolute(folder)).string();
 }
 
+ordered regionJson(const RegionOptions& r) {
+    if (!r.cuts()) return r.part;
+    ordered j;
+    if (!r.part.empty()) j["group"] = r.part;
+    if (r.box) j["box"] = {vectorJson(r.box->min), vectorJson(r.box->max)};
+    if (r.sphere) j["sphere"] = {{"center", vectorJson(r.sphere->center)}, {"radius", r.sphere->radius}};
+    if (r.height) j["height"] = {r.height->first, r.height->second};
+    return j;
+}
+
+ordered seedingJson(const SeedingOptions& d, const Scene& scene, const std::string& folder) {
+    ordered seeding{{"method", d.method}};
+    if (d.method == "cvt") {
+        if (d.coverage)
+            seeding["coverage"] = *d.coverage;
+        else
+            seeding["count"] = *d.count;
+        seeding["iterations"] = d.iterations;
+        seeding["offset"] = d.autoOffset ? ordered("auto") : ordered(d.offset);
+    } else {
+        seeding["snap"] = d.snap;
+        if (!d.file.empty()) seeding["file"] = pathFrom(d.file, scene, folder);
+        for (const PlacementOptions& p : d.placements) {
+            ordered j{{"position", vectorJson(p.position)}};
+            if (p.normal) j["normal"] = vectorJson(*p.normal);
+            if (p.tangent) j["tangent"] = vectorJson(*p.tangent);
+            j["rotation"] = p.rotation;
+            j["scale"] = p.scale;
+            if (!p.element.empty()) j["element"] = p.element;
+            seeding["placements"].push_back(j);
+        }
+    }
+    if (d.region.cuts() || !d.region.part.empty()) seeding["region"] = regionJson(d.region);
+    if (!d.elements.empty()) seeding["elements"] = d.elements;
+    return seeding;
+}
+
 }  // namespace
 
 Scene parseScene(const std::string& text, const std::string& name, const std::string& folder,
@@ -233,15 +302,21 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
             for (size_t i = 0; i < j->size(); ++i)
                 s.elements.push_back(readElement((*j)[i], "elements[" + std::to_string(i) + "]"));
         }
-        if (const json* j = r.find("seeding")) s.seeding = readSeeding(*j);
+        if (const json* j = r.find("seeding")) {
+            s.seedings.clear();
+            if (!j->is_array()) s.seedings.push_back(readSeeding(*j, "seeding"));
+            for (size_t i = 0; j->is_array() && i < j->size(); ++i)
+                s.seedings.push_back(readSeeding((*j)[i], "seeding[" + std::to_string(i) + "]"));
+            if (s.seedings.empty()) throw InputError("seeding: the list is empty; give at least one");
+        }
         if (const json* j = r.find("orientation")) {
             JsonReader o(*j, "orientation");
-            o.choice("rotation", s.orientation.rotation, {"random", "fixed"}, {"field", "alternate"});
+            o.choice("rotation", s.orientation.rotation, {"random", "fixed", "alternate"}, {"field"});
             o.get("angle", s.orientation.angle);
             o.get("jitter", s.orientation.jitter);
             o.finish();
         }
-        r.notYet("assignment", "random");
+        r.choice("assignment", s.assignment, {"random", "alternate", "sequence"});
         if (const json* j = r.find("variation")) {
             JsonReader v(*j, "variation");
             v.get("size", s.sizeVariation);
@@ -306,32 +381,14 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
         j["material"] = {{"a", e.a.value_or(s.material.a)}, {"b", e.b.value_or(s.material.b)}};
         root["elements"].push_back(j);
     }
-    ordered seeding{{"method", s.seeding.method}};
-    if (s.seeding.method == "cvt") {
-        if (s.seeding.coverage)
-            seeding["coverage"] = *s.seeding.coverage;
-        else
-            seeding["count"] = *s.seeding.count;
-        seeding["iterations"] = s.seeding.iterations;
-        seeding["offset"] = 0;
+    if (s.seedings.size() == 1) {
+        root["seeding"] = seedingJson(s.seedings[0], s, folder);
     } else {
-        seeding["snap"] = s.seeding.snap;
-        if (!s.seeding.file.empty()) seeding["file"] = pathFrom(s.seeding.file, s, folder);
-        for (const PlacementOptions& p : s.seeding.placements) {
-            ordered j{{"position", vectorJson(p.position)}};
-            if (p.normal) j["normal"] = vectorJson(*p.normal);
-            if (p.tangent) j["tangent"] = vectorJson(*p.tangent);
-            j["rotation"] = p.rotation;
-            j["scale"] = p.scale;
-            if (!p.element.empty()) j["element"] = p.element;
-            seeding["placements"].push_back(j);
-        }
+        for (const SeedingOptions& d : s.seedings) root["seeding"].push_back(seedingJson(d, s, folder));
     }
-    if (!s.seeding.region.empty()) seeding["region"] = s.seeding.region;
-    root["seeding"] = seeding;
     root["orientation"] = {
         {"rotation", s.orientation.rotation}, {"angle", s.orientation.angle}, {"jitter", s.orientation.jitter}};
-    root["assignment"] = "random";
+    root["assignment"] = s.assignment;
     root["variation"] = {{"size", s.sizeVariation}};
     root["refine"] = {{"iterations", 0}};
     root["material"] = {{"a", s.material.a},

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "pavel/core/error.h"
+#include "pavel/io/vdb_grids.h"
 #include "pavel/vdb/level_set_mesh.h"
 #include "pavel/vdb/packed_grids.h"
 
@@ -47,6 +48,25 @@ FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Pack
     return grid;
 }
 
+FloatGrid::Ptr copyOf(const openvdb::FloatTree& tree) {
+    auto grid = FloatGrid::create(std::make_shared<openvdb::FloatTree>(tree));
+    return grid;
+}
+
+openvdb::GridPtrVecPtr readGrids(const std::string& path) {
+    openvdb::initialize();
+    if (!std::filesystem::exists(path)) throw InputError(path + ": no such file");
+    try {
+        openvdb::io::File file(path);
+        file.open(false);
+        return file.getGrids();
+    } catch (const std::exception& e) {
+        throw InputError(path + ": is not a readable .vdb file (" + e.what() + ")");
+    }
+}
+
+}  // namespace
+
 void writeGrids(const std::string& path, const openvdb::GridPtrVec& grids, const VdbOptions& options) {
     openvdb::MetaMap meta;
     meta.insertMeta("program", openvdb::StringMetadata("Pavel"));
@@ -71,25 +91,6 @@ void writeGrids(const std::string& path, const openvdb::GridPtrVec& grids, const
     file.flush();
     if (!file) throw RunError(path + ": writing failed");
 }
-
-FloatGrid::Ptr copyOf(const openvdb::FloatTree& tree) {
-    auto grid = FloatGrid::create(std::make_shared<openvdb::FloatTree>(tree));
-    return grid;
-}
-
-openvdb::GridPtrVecPtr readGrids(const std::string& path) {
-    openvdb::initialize();
-    if (!std::filesystem::exists(path)) throw InputError(path + ": no such file");
-    try {
-        openvdb::io::File file(path);
-        file.open(false);
-        return file.getGrids();
-    } catch (const std::exception& e) {
-        throw InputError(path + ": is not a readable .vdb file (" + e.what() + ")");
-    }
-}
-
-}  // namespace
 
 void writeDecorationVdb(const std::string& path, const Packing& packing, const VdbOptions& options) {
     openvdb::GridPtrVec grids;

@@ -6,15 +6,35 @@
 
 namespace pavel {
 
-/// The surface that a scene decorates: its region of the base.
-TriangleMesh decoratedSurface(const TriangleMesh& base, const SeedingOptions& options);
+/// The surface that a seeding decorates: its region of the base. Regions by box, sphere or height are cut along
+/// triangles no larger than a quarter of `spacing`.
+/// @throws InputError where the region is empty
+TriangleMesh decoratedSurface(const TriangleMesh& base, const SeedingOptions& options, double spacing);
 
-/// Mean of the kinds' footprints over their weights and the size variation: one element's expected share of the area.
-double meanFootprint(const std::vector<ElementKind>& kinds, double sizeVariation);
+/// Mean of the footprints of a seeding's kinds over their weights and the size variation: one element's expected share
+/// of the area.
+double meanFootprint(const std::vector<ElementKind>& kinds, const SeedingOptions& seeding, double sizeVariation);
 
-/// @param manual placements, read already, for the method "manual"
+/// About the distance between seeds.
+double meanSpacing(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const SeedingOptions& seeding,
+                   double sizeVariation);
+
+/// The height above the surface at which a seeding is sampled: its offset, or the mean height of its elements' widest
+/// sections.
+double samplingOffset(const std::vector<ElementKind>& kinds, const SeedingOptions& seeding);
+
+/// What a seeding needs besides the scene.
+struct SeedingInput {
+    std::vector<PlacementOptions> manual;  ///< placements, for the method "manual"
+    TriangleMesh offsetSurface;            ///< of the base, at samplingOffset; empty where that is 0
+};
+
+/// With an offset the tessellation is made on the offset surface (paper, Sampling on the offset surface), the part of
+/// it whose feet lie in the region, and mapped back; where a point has no unique foot, because the offset surface
+/// merges across a gap, no element is placed, and the context is warned.
+/// @param inputs one for each seeding; may be left out where none needs any
 /// @throws InputError where the coverage asks for no element or for more than ten million
 SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const Scene& scene,
-                  const std::vector<PlacementOptions>& manual, RunContext& context);
+                  const std::vector<SeedingInput>& inputs, RunContext& context);
 
 }  // namespace pavel

@@ -55,7 +55,7 @@ void commandInfo(const std::vector<std::string>& files, const CommonOptions&) {
             const Scene s = readScene(path);
             std::printf("%s: scene, base %s, %zu kinds of element, seeding by %s, units %s\n", path.c_str(),
                         s.base.shape.empty() ? s.base.mesh.c_str() : s.base.shape.c_str(), s.elements.size(),
-                        s.seeding.method.c_str(), s.units.c_str());
+                        s.seedings[0].method.c_str(), s.units.c_str());
         } else {
             meshInfo(path);
         }

@@ -25,11 +25,16 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
         area += k.weight * meshArea(k.mesh);
         thinnest = std::min(thinnest, meshBounds(k.mesh).size().min());
     }
-    double n = double(scene.seeding.placements.size());
-    if (!scene.seeding.file.empty()) n = double(readSeeds(scene.folder + "/" + scene.seeding.file, scene.units).size());
-    const double decorated = meshArea(decoratedSurface(base, scene.seeding));
-    if (scene.seeding.count) n = double(*scene.seeding.count);
-    if (scene.seeding.coverage) n = *scene.seeding.coverage * decorated / meanFootprint(kinds, scene.sizeVariation);
+    double n = 0;
+    const auto manual = loadPlacements(scene);
+    for (size_t i = 0; i < scene.seedings.size(); ++i) {
+        const SeedingOptions& d = scene.seedings[i];
+        const double v = scene.sizeVariation;
+        n += d.count ? double(*d.count) : double(manual[i].size());
+        if (d.coverage)
+            n += *d.coverage * meshArea(decoratedSurface(base, d, meanSpacing(base, kinds, d, v))) /
+                 meanFootprint(kinds, d, v);
+    }
     const double voxels = n * volume / weights / (h * h * h);
     const double surface = n * area / weights / (h * h), baseSurface = meshArea(base) / (h * h);
     // Bytes for each voxel of surface, as measured on the built-in scenes: bands of placed and trimmed bodies, growth,

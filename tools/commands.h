@@ -17,6 +17,7 @@ struct CommonOptions {
 };
 
 void commandDecorate(const std::string& scene, const std::string& folder, const CommonOptions& options);
+void commandSeed(const std::string& scene, const std::string& folder, const CommonOptions& options);
 void commandExample(const std::string& name, const std::string& folder, const CommonOptions& options);
 void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file,
                   const CommonOptions& options);

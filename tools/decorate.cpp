@@ -4,28 +4,19 @@
 #include <filesystem>
 
 #include "pavel/core/error.h"
-#include "pavel/core/rng.h"
 #include "pavel/io/atomic_output.h"
 #include "pavel/io/preview.h"
 #include "pavel/io/report_json.h"
 #include "pavel/io/scene_json.h"
 #include "pavel/io/vdb_file.h"
-#include "pavel/seeding/seed.h"
 #include "pavel/tools/load.h"
+#include "pavel/tools/objects.h"
 #include "pavel/vdb/extract.h"
 
 namespace pavel {
 namespace {
 
 namespace fs = std::filesystem;
-const Vec3 kBaseColor(0.86, 0.83, 0.78);
-
-/// Kind's colour, a little lighter or darker by id, so that neighbours of one kind can be told apart.
-Vec3 elementColor(const ElementKind& kind, int id) {
-    Rng rng(uint64_t(id), 7);
-    return kind.color * rng.uniform(0.92, 1.06);
-}
-
 MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds,
                        const std::vector<PlacedElement>& placed) {
     MeshObject object;
@@ -41,12 +32,6 @@ MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds
             if (!decorated[size_t(v)]) object.vertexColors[size_t(v)] = c, decorated[size_t(v)] = 1;
     }
     return object;
-}
-
-std::string objectName(int id, const std::string& kind) {
-    char name[32];
-    std::snprintf(name, sizeof name, "element_%05d_", id);
-    return name + kind;
 }
 
 std::vector<MeshObject> separateObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
@@ -106,14 +91,11 @@ void writeVdb(const AtomicOutput& out, const Scene& scene, const Packing& packin
 
 DecorateResult decorate(const Scene& scene, const std::string& folder, bool force, int threads, RunContext& context) {
     AtomicOutput out(folder, true, force);
-    const std::vector<PlacementOptions> manual =
-        scene.seeding.file.empty() ? scene.seeding.placements
-                                   : readSeeds((fs::path(scene.folder) / scene.seeding.file).string(), scene.units);
     const TriangleMesh base = loadBase(scene, context);
     const std::vector<ElementKind> kinds = loadKinds(scene, context);
     const double h = sceneVoxelSize(scene, kinds);
     checkVoxelSize(base, kinds, h, scene.material.gap, context);
-    const SeedSet seeds = makeSeeds(base, kinds, scene, manual, context);
+    const SeedSet seeds = loadSeeds(scene, base, kinds, context);
     const std::vector<PlacedElement> placed = placeElements(seeds.seeds, kinds);
 
     PackOptions options;

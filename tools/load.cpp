@@ -5,7 +5,9 @@
 #include "pavel/core/error.h"
 #include "pavel/core/mesh_check.h"
 #include "pavel/io/mesh_read.h"
+#include "pavel/io/scene_json.h"
 #include "pavel/seeding/seed.h"
+#include "pavel/vdb/offset_surface.h"
 
 namespace pavel {
 namespace {
@@ -76,9 +78,32 @@ std::vector<ElementKind> loadKinds(const Scene& scene, RunContext& context) {
     return kinds;
 }
 
+std::vector<std::vector<PlacementOptions>> loadPlacements(const Scene& scene) {
+    std::vector<std::vector<PlacementOptions>> all;
+    for (const SeedingOptions& s : scene.seedings)
+        all.push_back(s.file.empty() ? s.placements : readSeeds(resolved(scene, s.file), scene.units));
+    return all;
+}
+
+SeedSet loadSeeds(const Scene& scene, const TriangleMesh& base, const std::vector<ElementKind>& kinds,
+                  RunContext& context) {
+    std::vector<SeedingInput> inputs(scene.seedings.size());
+    const auto manual = loadPlacements(scene);
+    for (size_t i = 0; i < inputs.size(); ++i) {
+        const SeedingOptions& d = scene.seedings[i];
+        inputs[i].manual = manual[i];
+        const double offset = d.method == "cvt" ? samplingOffset(kinds, d) : 0;
+        if (!(offset > 0)) continue;
+        const StageTimer timer(context, "seeding");
+        const double spacing = meanSpacing(base, kinds, d, scene.sizeVariation), size = meshBounds(base).diagonal();
+        inputs[i].offsetSurface = offsetSurface(base, offset, std::max(std::min(offset, spacing) / 3, size / 1500));
+    }
+    return makeSeeds(base, kinds, scene, inputs, context);
+}
+
 double sceneVoxelSize(const Scene& scene, const std::vector<ElementKind>& kinds) {
     if (scene.voxelSize) return *scene.voxelSize;
-    return 2 * std::sqrt(meanFootprint(kinds, scene.sizeVariation) / kPi) / *scene.resolution;
+    return 2 * std::sqrt(meanFootprint(kinds, {}, scene.sizeVariation) / kPi) / *scene.resolution;
 }
 
 }  // namespace pavel

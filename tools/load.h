@@ -9,6 +9,11 @@ namespace pavel {
 TriangleMesh loadBase(const Scene& scene, RunContext& context);
 /// The scene's elements, ready to be placed.
 std::vector<ElementKind> loadKinds(const Scene& scene, RunContext& context);
+/// The manual placements of each seeding, from the scene or the file that it names.
+std::vector<std::vector<PlacementOptions>> loadPlacements(const Scene& scene);
+/// Seeds of a scene: reads placements and makes offset surfaces where they are asked for.
+SeedSet loadSeeds(const Scene& scene, const TriangleMesh& base, const std::vector<ElementKind>& kinds,
+                  RunContext& context);
 /// h: as given, or from the resolution (voxels across a mean element's footprint diameter).
 double sceneVoxelSize(const Scene& scene, const std::vector<ElementKind>& kinds);
 

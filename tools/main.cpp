@@ -51,6 +51,11 @@ int run(int argc, char** argv) {
     decorate->add_option("-o,--output", folder, "folder for the result (default: pavel-out)");
     addCommon(*decorate, common, true, voxel);
 
+    auto* seed = app.add_subcommand("seed", "placement only, in a moment: seeds and a picture, to try options");
+    seed->add_option("SCENE", scene, "scene file")->required();
+    seed->add_option("-o,--output", folder, "folder for the result (default: pavel-out)");
+    addCommon(*seed, common, true, voxel);
+
     auto* example = app.add_subcommand("example", "lists the built-in scenes, or writes one");
     example->add_option("NAME", name, "scene to write");
     example->add_option("-o,--output", folder, "folder to write scene.json into");
@@ -84,7 +89,7 @@ int run(int argc, char** argv) {
     validate->add_option("SCENE", scene, "scene file")->required();
     addCommon(*validate, common, true, voxel);
 
-    for (const char* later : {"seed", "remesh", "shell", "bench"})
+    for (const char* later : {"remesh", "shell", "bench"})
         app.add_subcommand(later, "not available yet")->allow_extras();
 
     try {
@@ -106,6 +111,8 @@ int run(int argc, char** argv) {
     if (*decorate && common.memoryLimit > 0) pavel::enablePagedHeap(common.memoryLimit, parentOf(folder));
     if (*decorate)
         pavel::commandDecorate(scene, folder, common);
+    else if (*seed)
+        pavel::commandSeed(scene, folder, common);
     else if (*example)
         pavel::commandExample(name, folder, common);
     else if (*shape)

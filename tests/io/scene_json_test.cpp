@@ -42,7 +42,7 @@ TEST(SceneJson, ReadsEveryKey) {
     EXPECT_EQ(s.elements[0].parameters.at("height"), 3);
     EXPECT_EQ(s.elements[0].weight, 2);
     EXPECT_EQ(s.elements[1].name, "pearl");
-    EXPECT_EQ(*s.seeding.coverage, 1.4);
+    EXPECT_EQ(*s.seedings[0].coverage, 1.4);
     EXPECT_EQ(s.orientation.rotation, "fixed");
     EXPECT_EQ(s.sizeVariation, 0.1);
     EXPECT_TRUE(s.output.separate);
@@ -67,7 +67,7 @@ TEST(SceneJson, MeshPathsFollowTheFolder) {
 TEST(SceneJson, OverridesWin) {
     const Scene s = parse(kScene, {"seeding.coverage=1.6", "elements.1.radius=3", "voxel_size=null", "resolution=50",
                                    "output.mesh=[\"stl\"]"});
-    EXPECT_EQ(*s.seeding.coverage, 1.6);
+    EXPECT_EQ(*s.seedings[0].coverage, 1.6);
     EXPECT_EQ(s.elements[1].parameters.at("radius"), 3);
     EXPECT_FALSE(s.voxelSize);
     EXPECT_EQ(*s.resolution, 50);
@@ -95,6 +95,11 @@ TEST(SceneJson, ErrorsNameTheKeyAndTheMend) {
     says(kScene, {"units=furlong"}, "units");
     says(kScene, {"seeding.count=-5"}, "whole number");
     says(kScene, {"material.gap=-1"}, "at least 0");
+    says(kScene, {"seeding=[]"}, "list is empty");
+    says(kScene, {"seeding.region={\"height\":[3,1]}"}, "lower first");
+    says(kScene, {"seeding.region={\"sphere\":{\"radius\":0}}"}, "radius above 0");
+    says(kScene, {"seeding.elements=[\"petl\"]"}, "did you mean");
+    says(kScene, {"seeding.offset=-1"}, "at least 0");
     says(kScene, {"material.contact=edge"}, "depth");
     says(kScene, {"output.mesh=[\"fbx\"]"}, "unknown");
     says(kScene, {"elements.1.name=petal"}, "is taken");
@@ -102,9 +107,8 @@ TEST(SceneJson, ErrorsNameTheKeyAndTheMend) {
 
 TEST(SceneJson, WhatIsNotThereYetIsRefused) {
     for (const char* set :
-         {"seeding.method=stripes", "seeding.offset=2", "seeding.offset=auto", "orientation.rotation=field",
-          "assignment=alternate", "refine.iterations=5", "output.mesh=[\"3mf\"]", "output.remesh={\"vertices\":10}",
-          "shell={}", "seeding.region={\"height\":[0,1]}", "seeding=[]"}) {
+         {"seeding.method=stripes", "orientation.rotation=field", "refine.iterations=5", "output.mesh=[\"3mf\"]",
+          "output.remesh={\"vertices\":10}", "shell={}", "seeding.region={\"vertex_mask\":\"red\"}"}) {
         const std::string e = errorOf(kScene, {set});
         EXPECT_NE(e.find("not available yet"), std::string::npos) << set << ": " << e;
     }

@@ -45,7 +45,7 @@ TEST(Program, HelpVersionAndUsage) {
     EXPECT_EQ(run("decorate").status, 2);
     EXPECT_EQ(run("fly").status, 2);
     EXPECT_EQ(run("decorate x.json --threads 0").status, 2);
-    for (const char* verb : {"seed x", "remesh x", "shell x", "bench"}) {
+    for (const char* verb : {"remesh x", "shell x", "bench"}) {
         const Outcome o = run(verb);
         EXPECT_EQ(o.status, 2);
         EXPECT_NE(o.text.find("not available yet"), std::string::npos);
@@ -74,6 +74,42 @@ TEST(Program, VoxelSizeThatDoesNotSuit) {
     o = run("decorate " + (folder / "scene.json") + " -o " + (folder / "out") + " --set voxel_size=0.000001");
     EXPECT_EQ(o.status, 2);
     EXPECT_NE(o.text.find("voxel_size is too small"), std::string::npos) << o.text;
+}
+
+TEST(Program, SeedsAloneAndTheirFiles) {
+    const test::TemporaryFolder folder;
+    writeText(folder / "scene.json", R"({ "resolution": 30, "base": { "shape": "sphere", "radius": 30 },
+      "elements": [ { "shape": "bean", "length": 12, "thickness": 5 }, { "shape": "pearl", "radius": 4 } ],
+      "assignment": "alternate",
+      "seeding": [ { "count": 60, "region": { "height": [0, 40] }, "offset": "auto" },
+                   { "count": 30, "region": { "height": [-40, 0] }, "elements": ["pearl"] } ] })");
+    Outcome o = run("seed " + (folder / "scene.json") + " -o " + (folder / "a"));
+    ASSERT_EQ(o.status, 0) << o.text;
+    EXPECT_NE(o.text.find("90 elements"), std::string::npos) << o.text;
+    for (const char* name : {"seeds.json", "seeds.ply", "seeds.vdb", "placed.glb", "preview.png"})
+        EXPECT_TRUE(fs::exists(folder / "a/" + name)) << name;
+    const std::string ply = slurp(folder / "a/seeds.ply");
+    EXPECT_NE(ply.find("element vertex 90\n"), std::string::npos);
+    EXPECT_EQ(ply.size(), ply.find("end_header\n") + 11 + 90 * (11 * 4 + 2 * 4));
+    const auto grids = vdbInfo(folder / "a/seeds.vdb");
+    ASSERT_EQ(grids.size(), 1u);
+    EXPECT_EQ(grids[0].name, "seeds");
+    // The same seeds feed back, and come out the same.
+    const auto seeds = nlohmann::json::parse(slurp(folder / "a/seeds.json"))["seeds"];
+    writeText(folder / "again.json", R"({ "resolution": 30, "base": { "shape": "sphere", "radius": 30 },
+      "elements": [ { "shape": "bean", "length": 12, "thickness": 5 }, { "shape": "pearl", "radius": 4 } ],
+      "seeding": { "method": "manual", "file": "a/seeds.json" } })");
+    o = run("seed " + (folder / "again.json") + " -o " + (folder / "b") + " --quiet");
+    ASSERT_EQ(o.status, 0) << o.text;
+    const auto again = nlohmann::json::parse(slurp(folder / "b/seeds.json"))["seeds"];
+    ASSERT_EQ(again.size(), seeds.size());
+    for (size_t i = 0; i < seeds.size(); ++i) {
+        EXPECT_EQ(again[i]["element"], seeds[i]["element"]);
+        for (int k = 0; k < 3; ++k)
+            EXPECT_NEAR(again[i]["position"][k].get<double>(), seeds[i]["position"][k].get<double>(), 1e-9);
+    }
+    o = run("seed " + (folder / "scene.json") + " -o " + (folder / "a"));
+    EXPECT_EQ(o.status, 2);  // nothing is overwritten unasked
 }
 
 TEST(Program, AMemoryLimitChangesNothingButMemory) {

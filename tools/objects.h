@@ -1,0 +1,15 @@
+#pragma once
+// Names and colours of what is written.
+#include <string>
+
+#include "pavel/core/placement.h"
+
+namespace pavel {
+
+inline const Vec3 kBaseColor(0.86, 0.83, 0.78);
+/// Kind's colour, a little lighter or darker by id, so that neighbours of one kind can be told apart.
+Vec3 elementColor(const ElementKind& kind, int id);
+/// element_00001_kind
+std::string objectName(int id, const std::string& kind);
+
+}  // namespace pavel

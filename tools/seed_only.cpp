@@ -1,0 +1,82 @@
+#include <meshoptimizer.h>
+
+#include "pavel/core/error.h"
+#include "pavel/io/atomic_output.h"
+#include "pavel/io/preview.h"
+#include "pavel/io/scene_json.h"
+#include "pavel/io/seed_files.h"
+#include "pavel/tools/decorate.h"
+#include "pavel/tools/load.h"
+#include "pavel/tools/objects.h"
+
+namespace pavel {
+
+namespace {
+
+/// The same shape in few triangles, for a picture with hundreds of them.
+TriangleMesh light(const TriangleMesh& mesh) {
+    constexpr size_t kTriangles = 2000;
+    if (mesh.triangles.size() <= kTriangles) return mesh;
+    std::vector<unsigned> indices;
+    for (const Triangle& t : mesh.triangles)
+        for (int v : t) indices.push_back(unsigned(v));
+    std::vector<float> points;
+    for (const Vec3& p : mesh.points) points.insert(points.end(), {float(p[0]), float(p[1]), float(p[2])});
+    std::vector<unsigned> kept(indices.size());
+    kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), points.data(), mesh.points.size(),
+                                 3 * sizeof(float), 3 * kTriangles, 0.01f));
+    TriangleMesh result;
+    result.points = mesh.points;
+    for (size_t i = 0; i + 2 < kept.size(); i += 3)
+        result.triangles.push_back({int(kept[i]), int(kept[i + 1]), int(kept[i + 2])});
+    removeUnusedVertices(result);
+    return result;
+}
+
+}  // namespace
+
+SeedSet seedOnly(const Scene& scene, const std::string& folder, bool force, RunContext& context) {
+    AtomicOutput out(folder, true, force);
+    const TriangleMesh base = loadBase(scene, context);
+    const std::vector<ElementKind> kinds = loadKinds(scene, context);
+    const SeedSet set = loadSeeds(scene, base, kinds, context);
+    const StageTimer timer(context, "write");
+    MeshObject ground;
+    ground.name = "base";
+    ground.mesh = base;
+    ground.color = kBaseColor;
+    std::vector<MeshObject> objects{ground}, picture{ground};
+    std::vector<TriangleMesh> shapes;
+    for (const ElementKind& k : kinds) shapes.push_back(light(k.mesh));
+    for (const ElementKind& k : kinds) {
+        objects.emplace_back();
+        objects.back().name = k.name;
+        objects.back().mesh = k.mesh;
+        objects.back().color = k.color;
+    }
+    for (const PlacedElement& p : placeElements(set.seeds, kinds)) {
+        const ElementKind& kind = kinds[size_t(p.kind)];
+        objects[size_t(p.kind) + 1].instances.emplace_back(objectName(p.id, kind.name), p.worldFromElement);
+        MeshObject o;
+        o.mesh = shapes[size_t(p.kind)];
+        for (Vec3& v : o.mesh.points) v = p.worldFromElement.apply(v);
+        o.color = elementColor(kind, p.id);
+        picture.push_back(std::move(o));
+    }
+    // A kind that is placed nowhere has no place in the file either.
+    for (size_t k = objects.size(); k-- > 1;)
+        if (objects[k].instances.empty()) objects.erase(objects.begin() + long(k));
+    writeText(out.place("seeds.json"), seedsJson(set, kinds, scene.units));
+    writeSeedsPly(out.place("seeds.ply"), set);
+    VdbOptions vdb;
+    vdb.units = scene.units;
+    vdb.digest = sceneDigest(scene);
+    writeSeedsVdb(out.place("seeds.vdb"), set, vdb);
+    writeMesh(out.place("placed.glb"), objects, metresPerUnit(scene.units));
+    if (scene.output.preview) renderPng(out.place("preview.png"), picture);
+    context.check();
+    out.commit();
+    return set;
+}
+
+}  // namespace pavel
