@@ -6,6 +6,7 @@
 
 #include "pavel/core/error.h"
 #include "pavel/core/mesh_check.h"
+#include "pavel/core/rng.h"
 #include "pavel/core/shapes.h"
 #include "pavel/seeding/cvt.h"
 #include "pavel/vdb/extract.h"
@@ -190,6 +191,66 @@ TEST(Pack, DoesNotDependOnThreads) {
     auto x = a.grids->surface->cbeginValueOn(), y = b.grids->surface->cbeginValueOn();
     for (; x; ++x, ++y) ASSERT_EQ(*x, *y);
 }
+
+/// Elements of random kinds, sizes, turns and stiffness, thrown on a ball without any order.
+class RandomScene : public testing::TestWithParam<uint64_t> {};
+
+TEST_P(RandomScene, KeepsVolumesApartOnAnyNumberOfThreads) {
+    Rng rng(GetParam(), 11);
+    std::vector<ElementKind> kinds(4);
+    kinds[0].mesh = makeShape("pearl", {{"radius", rng.uniform(4, 7)}});
+    kinds[1].mesh = makeShape("bean", {{"length", rng.uniform(12, 18)}, {"thickness", rng.uniform(6, 8)}});
+    kinds[2].mesh = makeShape("pebble", {{"length", 13}, {"width", 11}, {"height", rng.uniform(7, 9)}});
+    kinds[3].mesh = makeShape("disc", {{"radius", rng.uniform(4, 6)}, {"height", rng.uniform(6, 8)}});
+    kinds[1].stiffness = rng.uniform(0.5, 2);
+    std::vector<Seed> seeds;
+    for (int i = 0; i < 24; ++i) {
+        Seed s;
+        s.id = i + 1;
+        s.normal = normalized(Vec3(rng.uniform(-1, 1), rng.uniform(-1, 1), rng.uniform(-1, 1)));
+        s.position = 20.0 * s.normal;
+        s.tangent = anyPerpendicular(s.normal);
+        s.rotation = rng.uniform(0, 360);
+        s.scale = rng.uniform(0.85, 1.15);
+        s.kind = int(rng.uniform(0, 4));
+        seeds.push_back(s);
+    }
+    PackOptions options;
+    options.voxelSize = 0.5;
+    options.surface = false;
+    options.contactByDepth = GetParam() % 2 == 0;
+    options.recoverBaseLoss = GetParam() % 3 != 0;
+    const TriangleMesh base = test::sphere(20, {0, 0, 0}, 64);
+    Packing runs[2];
+    for (int threads = 1; threads <= 2; ++threads) {
+        const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+        RunContext context;
+        runs[threads - 1] = pack(base, kinds, placeElements(seeds, kinds), options, context);
+    }
+    std::map<Coord, int> seen;
+    size_t twice = 0, inside = 0;
+    for (size_t i = 0; i < seeds.size(); ++i) {
+        const ElementResult &e = runs[0].elements[i], &f = runs[1].elements[i];
+        EXPECT_EQ(e.finalVolume, f.finalVolume) << e.id;
+        EXPECT_EQ(e.unrecoveredVolume, f.unrecoveredVolume) << e.id;
+        // Nothing invented, nothing lost without a word.
+        EXPECT_NEAR((e.finalVolume + e.unrecoveredVolume) / e.targetVolume, 1, 2e-3) << e.id;
+        EXPECT_LE(e.finalVolume, e.targetVolume * 1.002) << e.id;
+        const WorkTree::Ptr &a = runs[0].grids->elements[i], &b = runs[1].grids->elements[i];
+        ASSERT_EQ(a == nullptr, b == nullptr);
+        if (!a) continue;
+        ASSERT_TRUE(a->hasSameTopology(*b));
+        auto x = a->cbeginValueOn(), y = b->cbeginValueOn();
+        for (; x; ++x, ++y) {
+            ASSERT_EQ(*x, *y);
+            if (*x >= -0.2f) continue;
+            ++inside;
+            twice += seen[x.getCoord()]++ > 0;
+        }
+    }
+    EXPECT_LT(double(twice), 1e-4 * double(inside));
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomScene, testing::Values(1, 2, 3, 4));
 
 TEST(Pack, GapIsLeftEverywhere) {
     SmallScene scene;
