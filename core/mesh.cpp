@@ -97,7 +97,7 @@ void append(TriangleMesh& a, const TriangleMesh& b) {
 double sectionArea(const TriangleMesh& mesh, double z) {
     double twice = 0;
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-        Vec3 cut[2];
+        Vec3 cut[2] = {Vec3(0, 0, 0), Vec3(0, 0, 0)};
         int up = -1, down = -1;  // edges that cross upwards and downwards
         for (int k = 0; k < 3; ++k) {
             const Vec3 a = mesh.corner(t, k), b = mesh.corner(t, (k + 1) % 3);

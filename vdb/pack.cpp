@@ -333,9 +333,9 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
                 r.finalVolume = settleVolume(*grids.elements[i], target, mayGrow) * h3;
             }
             if (f && f->b > f->firstB) r.widenedB = f->b;
-            // Rounding is no lack of room; what is missing beyond it could not be had back.
+            // Rounding is no lack of room; all that is missing beyond it is said.
             const double missing = r.targetVolume - r.finalVolume;
-            if (!coarse[i].bodyVoxels || (f && f->exhausted) || missing > 1e-3 * r.targetVolume)
+            if (!coarse[i].bodyVoxels || (f && f->exhausted) || missing > 5e-5 * r.targetVolume)
                 r.unrecoveredVolume = std::max(0.0, missing);
             const auto release = [&](int j) {
                 if (!shapes.release(j)) return;
@@ -362,6 +362,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         grids.base = redistanced(*grids.base);
         grids.ids = elementIds(grids.elements);
     }
+    constexpr double kWorthAWord = 1e-3;
     std::vector<int> swallowed, widened, short_;
     const uint64_t factor3 = uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
     for (size_t i = 0; i < n; ++i) {
@@ -369,7 +370,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         result.counts.overlapVoxels += (coarse[i].placedVoxels - coarse[i].bodyVoxels) * factor3;
         if (!coarse[i].bodyVoxels)
             swallowed.push_back(coarse[i].id);
-        else if (result.elements[i].unrecoveredVolume > 0)
+        else if (result.elements[i].unrecoveredVolume > kWorthAWord * result.elements[i].targetVolume)
             short_.push_back(coarse[i].id);
         else if (result.elements[i].widenedB > 0)
             widened.push_back(coarse[i].id);
