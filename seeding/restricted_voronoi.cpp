@@ -4,25 +4,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <nanoflann.hpp>
 #include <numeric>
 
 #include "pavel/core/union_find.h"
+#include "pavel/seeding/kd_tree.h"
 
 namespace pavel {
 namespace {
-
-struct SeedCloud {
-    const std::vector<SurfacePoint>& seeds;
-    size_t kdtree_get_point_count() const { return seeds.size(); }
-    double kdtree_get_pt(size_t i, size_t k) const { return seeds[i].position[k]; }
-    template <class B>
-    bool kdtree_get_bbox(B&) const {
-        return false;
-    }
-};
-using KdTree =
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, SeedCloud>, SeedCloud, 3, size_t>;
 
 /// Convex polygon inside a triangle; side[i]: the triangle's side that the edge from corner i to i+1 lies on, or -1.
 struct Polygon {
@@ -239,7 +227,7 @@ bool adoptOrphans(const Surface& surface, const std::vector<SurfacePoint>& seeds
 }  // namespace
 
 std::vector<VoronoiCell> restrictedVoronoi(const Surface& surface, const std::vector<SurfacePoint>& seeds) {
-    const SeedCloud cloud{seeds};
+    const PointCloud cloud{seeds};
     KdTree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(8));
     const TriangleMesh& mesh = surface.mesh();
     const size_t triangles = mesh.triangles.size();

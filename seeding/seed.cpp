@@ -28,8 +28,8 @@ int kindByWeight(const std::vector<ElementKind>& kinds, const std::vector<int>& 
     return of.back();
 }
 
-/// Gives every point one of `count` classes that is rare among its neighbours that have one already; of equally rare
-/// ones that which is behind its share, by weight.
+/// Gives every point a class, one for each weight, that is rare among its neighbours; of equally rare ones that which
+/// is behind its share.
 std::vector<int> alternating(const std::vector<SurfacePoint>& points, const std::vector<double>& weights) {
     const std::vector<std::vector<size_t>> around = nearestOf(points, kAround);
     std::vector<int> classes(points.size(), -1);
@@ -227,8 +227,12 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
     for (size_t i = 0; i < scene.seedings.size(); ++i) {
         const SeedingOptions& seeding = scene.seedings[i];
         const bool cvt = seeding.method == "cvt";
-        const double spacing = meanSpacing(base, kinds, seeding, scene.sizeVariation);
+        double spacing = meanSpacing(base, kinds, seeding, scene.sizeVariation);
         TriangleMesh part = decoratedSurface(base, seeding, spacing);
+        if (cvt && seeding.count) {  // the region's area, now known, sets the spacing, and how fine its border is
+            spacing = meanSpacing(part, kinds, seeding, scene.sizeVariation);
+            if (seeding.region.cuts()) part = decoratedSurface(base, seeding, spacing);
+        }
         if (cvt)  // triangles much larger than cells would make each meet many seeds
             subdivideLongEdges(part, std::max(spacing, 1e-3 * meshBounds(part).diagonal()));
         const Surface surface(std::move(part));

@@ -15,8 +15,8 @@ TriangleMesh decoratedSurface(const TriangleMesh& base, const SeedingOptions& op
 /// of the area.
 double meanFootprint(const std::vector<ElementKind>& kinds, const SeedingOptions& seeding, double sizeVariation);
 
-/// About the distance between seeds.
-double meanSpacing(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const SeedingOptions& seeding,
+/// About the distance between seeds on a surface.
+double meanSpacing(const TriangleMesh& surface, const std::vector<ElementKind>& kinds, const SeedingOptions& seeding,
                    double sizeVariation);
 
 /// The height above the surface at which a seeding is sampled: its offset, or the mean height of its elements' widest

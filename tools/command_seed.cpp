@@ -2,8 +2,8 @@
 #include <nlohmann/json.hpp>
 
 #include "pavel/io/scene_json.h"
-#include "pavel/tools/decorate.h"
 #include "pavel/tools/progress.h"
+#include "pavel/tools/seed_only.h"
 
 namespace pavel {
 

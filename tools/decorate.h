@@ -1,6 +1,5 @@
 #pragma once
 // The main job as a library call: scene in, files out.
-#include "pavel/core/placement.h"
 #include "pavel/core/run_context.h"
 #include "pavel/core/scene.h"
 
@@ -16,10 +15,5 @@ struct DecorateResult {
 /// Runs a scene and leaves its result in `folder`, whole or not at all.
 /// @throws InputError, RunError, Interrupted
 DecorateResult decorate(const Scene& scene, const std::string& folder, bool force, int threads, RunContext& context);
-
-/// Places the elements of a scene and leaves in `folder`, whole or not at all: seeds.json, seeds.ply, seeds.vdb,
-/// placed.glb (the elements as placed, on the base) and preview.png.
-/// @throws InputError, RunError, Interrupted
-SeedSet seedOnly(const Scene& scene, const std::string& folder, bool force, RunContext& context);
 
 }  // namespace pavel

@@ -108,7 +108,7 @@ int run(int argc, char** argv) {
         common.overrides.push_back("voxel_size=" + std::to_string(voxel));
         common.overrides.push_back("resolution=null");
     }
-    if (*decorate && common.memoryLimit > 0) pavel::enablePagedHeap(common.memoryLimit, parentOf(folder));
+    if ((*decorate || *seed) && common.memoryLimit > 0) pavel::enablePagedHeap(common.memoryLimit, parentOf(folder));
     if (*decorate)
         pavel::commandDecorate(scene, folder, common);
     else if (*seed)

@@ -1,3 +1,5 @@
+#include "pavel/tools/seed_only.h"
+
 #include <meshoptimizer.h>
 
 #include "pavel/core/error.h"
@@ -5,7 +7,6 @@
 #include "pavel/io/preview.h"
 #include "pavel/io/scene_json.h"
 #include "pavel/io/seed_files.h"
-#include "pavel/tools/decorate.h"
 #include "pavel/tools/load.h"
 #include "pavel/tools/objects.h"
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "pavel/vdb/element_index.h"
+#include "pavel/vdb/packed_blocks.h"
 #include "pavel/vdb/redistance.h"
 
 namespace pavel {
@@ -36,22 +36,6 @@ std::vector<Coord> combinedOrigins(const openvdb::FloatTree& all, const openvdb:
     return sortedOnce(std::move(origins));
 }
 
-/// A block's values, from its leaf or the tile that covers it.
-class BlockReader {
-  public:
-    explicit BlockReader(const openvdb::FloatTree& tree) : reader_(tree) {}
-    void read(const Coord& origin, float* values) const {
-        const auto* leaf = reader_.probeConstLeaf(origin);
-        if (leaf)
-            std::copy(leaf->buffer().data(), leaf->buffer().data() + 512, values);
-        else
-            std::fill(values, values + 512, reader_.getValue(origin));
-    }
-
-  private:
-    BaseReader reader_;
-};
-
 /// Minimum of two distances with a fillet in the crease between them, a quarter of the blend deep: slits thinner than a
 /// voxel, which no grid or printer can show, are filled instead of leaving a row of beads, and both sides of a contact
 /// face are well inside.
@@ -81,13 +65,6 @@ void unionValues(const ElementIndex& index, const std::vector<WorkTree::Ptr>& el
         values[v] = std::clamp(touching ? blendedMin(values[v], second[v]) : values[v], -kBand, kBand);
 }
 
-ElementIndex indexOf(const std::vector<WorkTree::Ptr>& elements) {
-    std::vector<CoordBBox> boxes(elements.size());
-    for (size_t i = 0; i < elements.size(); ++i)
-        if (elements[i]) elements[i]->evalLeafBoundingBox(boxes[i]);
-    return ElementIndex(boxes);
-}
-
 /// All voxels go active, so that a later flood fill takes every sign as it stands.
 void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values) {
     auto* leaf = tree.touchLeaf(origin);
@@ -96,7 +73,7 @@ void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values)
 }
 
 openvdb::FloatTree::Ptr unionTree(const std::vector<WorkTree::Ptr>& elements, bool touching) {
-    const ElementIndex index = indexOf(elements);
+    const ElementIndex index(leafBoxes(elements));
     const std::vector<Coord> origins = unionOrigins(elements);
     auto tree = std::make_shared<openvdb::FloatTree>(kBand);
     constexpr size_t kChunk = 4096;
@@ -115,11 +92,11 @@ openvdb::FloatTree::Ptr unionTree(const std::vector<WorkTree::Ptr>& elements, bo
 /// Sets f(union, base) wherever the union has values.
 template <class F>
 void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base, openvdb::FloatTree& out, F f) {
-    const BlockReader above(all), below(base);
+    const BaseReader above(all), below(base);
     for (const Coord& origin : combinedOrigins(all, base)) {
         float u[512], b[512];
-        above.read(origin, u);
-        below.read(origin, b);
+        readBlock(above, origin, u);
+        readBlock(below, origin, b);
         for (int v = 0; v < 512; ++v) u[v] = f(u[v], b[v]);
         setLeaf(out, origin, u);
     }

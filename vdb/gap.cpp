@@ -4,23 +4,12 @@
 
 #include <algorithm>
 
-#include "pavel/vdb/element_index.h"
 #include "pavel/vdb/measure.h"
+#include "pavel/vdb/packed_blocks.h"
 #include "pavel/vdb/redistance.h"
 
 namespace pavel {
 namespace {
-
-/// Values of a block, from its leaf or the tile that stands for it.
-template <class Tree>
-bool readBlock(const Tree& tree, const Coord& origin, float* out) {
-    const auto* leaf = tree.probeConstLeaf(origin);
-    if (leaf)
-        std::copy(leaf->buffer().data(), leaf->buffer().data() + 512, out);
-    else
-        std::fill(out, out + 512, tree.getValue(origin));
-    return leaf;
-}
 
 WorkTree::Ptr setBack(size_t i, const std::vector<WorkTree::Ptr>& elements, const std::vector<int>& others,
                       const openvdb::FloatTree& base, float gap) {
@@ -55,9 +44,7 @@ WorkTree::Ptr setBack(size_t i, const std::vector<WorkTree::Ptr>& elements, cons
 }  // namespace
 
 std::vector<double> leaveGap(std::vector<WorkTree::Ptr>& elements, const openvdb::FloatTree& base, double gap) {
-    std::vector<CoordBBox> boxes(elements.size());
-    for (size_t i = 0; i < elements.size(); ++i)
-        if (elements[i]) elements[i]->evalLeafBoundingBox(boxes[i]);
+    const std::vector<CoordBBox> boxes = leafBoxes(elements);
     const ElementIndex index(boxes);
     std::vector<WorkTree::Ptr> made(elements.size());
     std::vector<double> taken(elements.size(), 0);
