@@ -1,8 +1,11 @@
 #include "pavel/seeding/cvt.h"
 
+#include <meshoptimizer.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <deque>
+#include <memory>
 
 #include "pavel/seeding/restricted_voronoi.h"
 
@@ -25,22 +28,21 @@ struct State {
     double residual = 0;  // rms distance to the centroid in the tangent plane, in spacings
 };
 
-State evaluate(const Surface& surface, std::vector<SurfacePoint> seeds) {
+State evaluate(const Surface& surface, RestrictedVoronoi& voronoi, std::vector<SurfacePoint> seeds) {
     State s;
-    s.cells = restrictedVoronoi(surface, seeds);
+    s.cells = voronoi.cells(seeds);
     s.gradient.resize(seeds.size());
     double sum = 0;
     for (size_t i = 0; i < seeds.size(); ++i) {
         const VoronoiCell& c = s.cells[i];
         s.energy += c.energy;
-        Vec3 g = 2.0 * (c.area * seeds[i].position - c.moment);
+        Vec3 g = 2.0 * (c.mass * seeds[i].position - c.moment);
         const Vec3& n = surface.faceNormal(seeds[i].triangle);
         g -= dot(g, n) * n;
         s.gradient[i] = g;
-        if (c.area > 0) sum += dot(g, g) / (4 * c.area * c.area);
+        if (c.mass > 0) sum += dot(g, g) / (4 * c.mass * c.mass) / c.area;
     }
-    const double spacing2 = surface.area() / double(seeds.size());
-    s.residual = std::sqrt(sum / double(seeds.size()) / spacing2);
+    s.residual = std::sqrt(sum / double(seeds.size()));
     s.seeds = std::move(seeds);
     return s;
 }
@@ -48,25 +50,22 @@ State evaluate(const Surface& surface, std::vector<SurfacePoint> seeds) {
 std::vector<SurfacePoint> moved(const Surface& surface, const std::vector<SurfacePoint>& seeds, const Field& step,
                                 double factor) {
     std::vector<SurfacePoint> next(seeds.size());
-    tbb::parallel_for(size_t(0), seeds.size(), [&](size_t i) {
-        const Vec3 facing = surface.faceNormal(seeds[i].triangle);
-        next[i] = surface.closest(seeds[i].position + factor * step[i], &facing);
-    });
+    tbb::parallel_for(size_t(0), seeds.size(), [&](size_t i) { next[i] = surface.walked(seeds[i], factor * step[i]); });
     return next;
 }
 
 /// A step longer than a cell would only tangle the cells: shorten it.
-void limitSteps(Field& step, double longest) {
-    for (Vec3& d : step) {
-        const double l = length(d);
-        if (l > longest) d *= longest / l;
+void limitSteps(Field& step, const std::vector<VoronoiCell>& cells) {
+    for (size_t i = 0; i < step.size(); ++i) {
+        const double l = length(step[i]), longest = std::sqrt(cells[i].area);
+        if (l > longest) step[i] *= longest / l;
     }
 }
 
 Field lloydStep(const State& s) {
     Field step(s.seeds.size(), Vec3(0, 0, 0));
     for (size_t i = 0; i < step.size(); ++i)
-        if (s.cells[i].area > 0) step[i] = -s.gradient[i] / (2 * s.cells[i].area);
+        if (s.cells[i].mass > 0) step[i] = -s.gradient[i] / (2 * s.cells[i].mass);
     return step;
 }
 
@@ -83,7 +82,7 @@ Field lbfgsStep(const State& state, const std::deque<Correction>& history) {
         alpha[k] = history[k].rho * inner(history[k].s, q);
         for (size_t i = 0; i < q.size(); ++i) q[i] -= alpha[k] * history[k].y[i];
     }
-    for (size_t i = 0; i < q.size(); ++i) q[i] /= 2 * std::max(state.cells[i].area, 1e-300);
+    for (size_t i = 0; i < q.size(); ++i) q[i] /= 2 * std::max(state.cells[i].mass, 1e-300);
     for (size_t k = 0; k < history.size(); ++k) {
         const double beta = history[k].rho * inner(history[k].y, q);
         for (size_t i = 0; i < q.size(); ++i) q[i] += (alpha[k] - beta) * history[k].s[i];
@@ -92,20 +91,17 @@ Field lbfgsStep(const State& state, const std::deque<Correction>& history) {
     return q;
 }
 
-}  // namespace
-
-std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, const CvtOptions& options,
-                                          const std::function<void(double)>& progress) {
-    Rng rng(options.seed, 1);
-    std::vector<SurfacePoint> start = surface.sample(count, rng);
-    if (options.iterations <= 0 || count < 2) return start;
-    const double spacing = std::sqrt(surface.area() / double(count));
-    State state = evaluate(surface, std::move(start));
+/// Moves the seeds until they are near their centroids.
+std::vector<SurfacePoint> optimised(const Surface& surface, RestrictedVoronoi& voronoi, std::vector<SurfacePoint> start,
+                                    int lloydSteps, int iterations, double tolerance,
+                                    const std::function<void(double)>& progress) {
+    const size_t count = start.size();
+    State state = evaluate(surface, voronoi, std::move(start));
     std::deque<Correction> history;
-    for (int it = 0; it < options.iterations && state.residual > options.tolerance; ++it) {
-        const bool lloyd = it < 5;
+    for (int it = 0; it < iterations && state.residual > tolerance; ++it) {
+        const bool lloyd = it < lloydSteps;
         Field step = lloyd ? lloydStep(state) : lbfgsStep(state, history);
-        limitSteps(step, spacing);
+        limitSteps(step, state.cells);
         if (!lloyd && inner(step, state.gradient) >= 0) {
             history.clear();
             step = lloydStep(state);
@@ -113,7 +109,7 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
         State next;
         double factor = 1;
         for (int attempt = 0; attempt < 5; ++attempt, factor *= 0.5) {
-            next = evaluate(surface, moved(surface, state.seeds, step, factor));
+            next = evaluate(surface, voronoi, moved(surface, state.seeds, step, factor));
             if (lloyd || next.energy < state.energy) break;
         }
         if (!lloyd && next.energy >= state.energy) {
@@ -135,9 +131,135 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
             if (history.size() > 7) history.pop_front();
         }
         state = std::move(next);
-        if (progress) progress(double(it + 1) / options.iterations);
+        if (progress) progress(double(it + 1) / iterations);
     }
     return std::move(state.seeds);
+}
+
+/// Seeds at the middles of the lines between neighbours are added: four times as many in the same order. Their number
+/// is brought to `count` at random places.
+std::vector<SurfacePoint> refined(const Surface& surface, RestrictedVoronoi& voronoi,
+                                  const std::vector<SurfacePoint>& coarse, size_t count,
+                                  const std::vector<double>& density, Rng& rng) {
+    std::vector<std::vector<int>> neighbours;
+    voronoi.cells(coarse, &neighbours);
+    std::vector<SurfacePoint> seeds = coarse;
+    for (size_t i = 0; i < coarse.size(); ++i)
+        for (int j : neighbours[i])
+            if (size_t(j) > i)
+                seeds.push_back(surface.walked(coarse[i], 0.5 * (coarse[size_t(j)].position - coarse[i].position)));
+    for (; seeds.size() > count; seeds.pop_back())
+        std::swap(seeds[size_t(rng.uniform() * double(seeds.size()))], seeds.back());
+    if (seeds.size() < count)
+        for (const SurfacePoint& p : surface.sample(count - seeds.size(), rng, density)) seeds.push_back(p);
+    // Near in memory what is near on the surface.
+    std::stable_sort(seeds.begin(), seeds.end(),
+                     [](const SurfacePoint& a, const SurfacePoint& b) { return a.triangle < b.triangle; });
+    return seeds;
+}
+
+/// Triangles for each seed that a tessellation needs to see the surface's shape.
+constexpr size_t kTrianglesPerSeed = 16;
+
+/// About the same surface in few triangles.
+TriangleMesh simplified(const TriangleMesh& mesh, size_t triangles) {
+    std::vector<unsigned> indices;
+    for (const Triangle& t : mesh.triangles)
+        for (int v : t) indices.push_back(unsigned(v));
+    std::vector<float> points;
+    for (const Vec3& p : mesh.points) points.insert(points.end(), {float(p[0]), float(p[1]), float(p[2])});
+    std::vector<unsigned> kept(indices.size());
+    kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), points.data(), mesh.points.size(),
+                                 3 * sizeof(float), 3 * triangles, 0.02f));
+    TriangleMesh result;
+    result.points = mesh.points;
+    for (size_t i = 0; i + 2 < kept.size(); i += 3)
+        result.triangles.push_back({int(kept[i]), int(kept[i + 1]), int(kept[i + 2])});
+    removeUnusedVertices(result);
+    return result;
+}
+
+std::vector<SurfacePoint> mapped(const std::vector<SurfacePoint>& seeds, const Surface& from, const Surface& to) {
+    std::vector<SurfacePoint> result(seeds.size());
+    tbb::parallel_for(size_t(0), seeds.size(), [&](size_t i) {
+        const Vec3 facing = from.faceNormal(seeds[i].triangle);
+        result[i] = to.closest(seeds[i].position, &facing);
+    });
+    return result;
+}
+
+/// A surface to tessellate, with the wanted seeds per area on its triangles.
+struct Ground {
+    const Surface& surface;
+    std::vector<double> density;
+    RestrictedVoronoi voronoi;
+
+    Ground(const Surface& s, std::vector<double> d) : surface(s), density(std::move(d)), voronoi(s, weights()) {}
+    /// Cells of a tessellation are as many as the root of its weight (A. Gersho 1979).
+    std::vector<double> weights() const {
+        std::vector<double> w = density;
+        for (double& x : w) x *= x;
+        return w;
+    }
+};
+
+std::vector<double> densityOn(const Surface& coarse, const Surface& fine, const std::vector<double>& density) {
+    std::vector<double> result(density.empty() ? 0 : coarse.mesh().triangles.size());
+    for (size_t t = 0; t < result.size(); ++t) {
+        const Vec3 facing = coarse.faceNormal(int(t));
+        const TriangleMesh& m = coarse.mesh();
+        result[t] =
+            density[size_t(fine.closest((m.corner(t, 0) + m.corner(t, 1) + m.corner(t, 2)) / 3.0, &facing).triangle)];
+    }
+    return result;
+}
+
+}  // namespace
+
+std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, const CvtOptions& options,
+                                          const std::function<void(double)>& progress) {
+    Rng rng(options.seed, 1);
+    constexpr int kOrderly = 20;       // iterations from which the start is orderly, too
+    constexpr size_t kCoarsest = 300;  // seeds
+    constexpr int kLloyd = 5;
+    constexpr double kLightTolerance = 0.5;  // where an iteration costs little
+    Ground exact(surface, options.density);
+    if (options.iterations < kOrderly || count < 2) {
+        auto seeds = surface.sample(count, rng, options.density);
+        if (options.iterations <= 0 || count < 2) return seeds;
+        return optimised(surface, exact.voronoi, std::move(seeds), kLloyd, options.iterations, options.tolerance,
+                         progress);
+    }
+    std::vector<size_t> levels{count};
+    while (levels.back() > 4 * kCoarsest) levels.push_back((levels.back() + 6) / 4);
+    std::unique_ptr<Surface> light, lighter;
+    std::unique_ptr<Ground> coarse;
+    std::vector<SurfacePoint> seeds;
+    for (size_t l = levels.size(); l-- > 0;) {
+        const size_t n = levels[l];
+        const Surface* before = light ? light.get() : &surface;
+        Ground* ground = &exact;
+        if (surface.mesh().triangles.size() > 2 * kTrianglesPerSeed * n) {
+            TriangleMesh mesh = simplified(surface.mesh(), kTrianglesPerSeed * n);
+            subdivideLongEdges(mesh, std::sqrt(surface.area() / double(n)));
+            lighter = std::make_unique<Surface>(std::move(mesh));
+            coarse = std::make_unique<Ground>(*lighter, densityOn(*lighter, surface, options.density));
+            ground = coarse.get();
+        }
+        const bool first = seeds.empty();
+        if (first)
+            seeds = ground->surface.sample(n, rng, ground->density);
+        else
+            seeds = refined(ground->surface, ground->voronoi, mapped(seeds, *before, ground->surface), n,
+                            ground->density, rng);
+        seeds = optimised(ground->surface, ground->voronoi, std::move(seeds), first ? kLloyd : 1, options.iterations,
+                          ground == &exact ? options.tolerance : kLightTolerance * options.tolerance, {});
+        light = ground == &exact ? nullptr : std::move(lighter);
+        if (progress) progress(0.8 * double(levels.size() - l) / double(levels.size()));
+    }
+    if (!light) return seeds;
+    return optimised(surface, exact.voronoi, mapped(seeds, *light, surface), 1, options.iterations, options.tolerance,
+                     {});
 }
 
 }  // namespace pavel

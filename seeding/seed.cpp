@@ -233,8 +233,7 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
             spacing = meanSpacing(part, kinds, seeding, scene.sizeVariation);
             if (seeding.region.cuts()) part = decoratedSurface(base, seeding, spacing);
         }
-        if (cvt)  // triangles much larger than cells would make each meet many seeds
-            subdivideLongEdges(part, std::max(spacing, 1e-3 * meshBounds(part).diagonal()));
+        if (cvt) subdivideLongEdges(part, kLongestEdge * std::max(spacing, 1e-3 * meshBounds(part).diagonal()));
         const Surface surface(std::move(part));
         set.decoratedArea += surface.area();
         if (!cvt) {
@@ -252,7 +251,7 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
         if (offset > 0 && i < inputs.size() && !inputs[i].offsetSurface.triangles.empty()) {
             const Surface whole(base);
             TriangleMesh above = aboveRegion(inputs[i].offsetSurface, whole, surface, offset);
-            subdivideLongEdges(above, std::max(spacing, 1e-3 * meshBounds(above).diagonal()));
+            subdivideLongEdges(above, kLongestEdge * std::max(spacing, 1e-3 * meshBounds(above).diagonal()));
             const auto sampled = centroidalSeeds(Surface(std::move(above)), count, options, progress);
             points = feet(sampled, whole, offset);
             if (points.size() < sampled.size())

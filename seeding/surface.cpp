@@ -27,7 +27,6 @@ Surface::Surface(TriangleMesh mesh) : mesh_(std::move(mesh)), index_(std::make_u
         for (int k = 0; k < 3; ++k) b.add(mesh_.corner(t, k));
         boxes.emplace_back(Box({b.min[0], b.min[1], b.min[2]}, {b.max[0], b.max[1], b.max[2]}), int(t));
         area_ += triangleArea(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2));
-        cumulativeArea_.push_back(area_);
         faceNormals_.push_back(triangleNormal(mesh_, t));
     }
     index_->tree = decltype(index_->tree)(boxes);
@@ -76,13 +75,64 @@ SurfacePoint Surface::closest(const Vec3& p, const Vec3* facing) const {
     return best;
 }
 
-std::vector<SurfacePoint> Surface::sample(size_t count, Rng& rng) const {
+SurfacePoint Surface::walked(const SurfacePoint& from, const Vec3& step) const {
+    constexpr int kMost = 10000;  // crossings: more than any step of a seeding takes
+    SurfacePoint at = from;
+    Vec3 d = step;
+    int entered = -1;  // the side just crossed, which rounding must not cross back
+    for (int crossing = 0; crossing < kMost; ++crossing) {
+        const size_t t = size_t(at.triangle);
+        const Vec3& n = faceNormals_[t];
+        d -= dot(d, n) * n;
+        double share = 1;
+        int side = -1;
+        Vec3 outward(0, 0, 0);  // of that side
+        for (int k = 0; k < 3; ++k) {
+            if (k == entered) continue;
+            const Vec3 a = mesh_.corner(t, k), m = cross(mesh_.corner(t, (k + 1) % 3) - a, n);
+            const double speed = dot(d, m);
+            if (!(speed > 0)) continue;
+            const double s = std::max(0.0, dot(a - at.position, m) / speed);
+            if (s < share) share = s, side = k, outward = m;
+        }
+        at.position += share * d;
+        if (side < 0) break;
+        d *= 1 - share;
+        const Vec3 edge = normalized(mesh_.corner(t, (side + 1) % 3) - mesh_.corner(t, side));
+        const Vec3 along = dot(d, edge) * edge;
+        const int next = neighbours_[t][size_t(side)];
+        if (next < 0) {  // slide along the boundary
+            d = along;
+            entered = side;
+            continue;
+        }
+        const double across = dot(d, normalized(outward));
+        d = along + across * normalized(cross(edge, faceNormals_[size_t(next)]), normalized(outward));
+        for (entered = 0; entered < 2 && neighbours_[size_t(next)][size_t(entered)] != at.triangle;) ++entered;
+        at.triangle = next;
+    }
+    const size_t t = size_t(at.triangle);
+    Vec3 weights;
+    at.position =
+        closestPointOnTriangle(at.position, mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2), &weights);
+    at.normal = normalAt(at.triangle, weights);
+    at.distance = 0;
+    return at;
+}
+
+std::vector<SurfacePoint> Surface::sample(size_t count, Rng& rng, const std::vector<double>& density) const {
+    std::vector<double> cumulative;
+    double sum = 0;
+    for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
+        const double area = triangleArea(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2));
+        cumulative.push_back(sum += density.empty() ? area : density[t] * area);
+    }
     std::vector<SurfacePoint> points;
     for (size_t i = 0; i < count; ++i) {
-        const double a = area_ * (double(i) + rng.uniform()) / double(count);
-        const size_t t = std::min(
-            size_t(std::lower_bound(cumulativeArea_.begin(), cumulativeArea_.end(), a) - cumulativeArea_.begin()),
-            mesh_.triangles.size() - 1);
+        const double a = sum * (double(i) + rng.uniform()) / double(count);
+        const size_t t =
+            std::min(size_t(std::lower_bound(cumulative.begin(), cumulative.end(), a) - cumulative.begin()),
+                     mesh_.triangles.size() - 1);
         const double r = std::sqrt(rng.uniform()), s = rng.uniform();
         const Vec3 w(1 - r, r * (1 - s), r * s);
         SurfacePoint p;

@@ -29,8 +29,13 @@ class Surface {
     /// Closest point of the surface; where `facing` is given, among triangles whose normal has a positive component
     /// along it (so that the other side of a thin wall is not taken), unless there is none. O(log triangles).
     SurfacePoint closest(const Vec3& p, const Vec3* facing = nullptr) const;
-    /// Points spread by area, each in a stratum of its own.
-    std::vector<SurfacePoint> sample(size_t count, Rng& rng) const;
+    /// The point reached by walking straight ahead, over edges as if both triangles were unfolded (K. Polthier and M.
+    /// Schmies, Straightest geodesics on polyhedral surfaces, 1998), and along boundaries. O(triangles crossed).
+    /// @param step its part along the surface counts
+    SurfacePoint walked(const SurfacePoint& from, const Vec3& step) const;
+    /// Points spread by area, or by density * area, each in a stratum of its own.
+    /// @param density one value for each triangle, or empty
+    std::vector<SurfacePoint> sample(size_t count, Rng& rng, const std::vector<double>& density = {}) const;
 
   private:
     Vec3 normalAt(int triangle, const Vec3& weights) const;
@@ -38,7 +43,6 @@ class Surface {
     TriangleMesh mesh_;
     std::vector<Vec3> vertexNormals_, faceNormals_;
     std::vector<std::array<int, 3>> neighbours_;
-    std::vector<double> cumulativeArea_;
     double area_ = 0;
     std::unique_ptr<Index> index_;
 };
