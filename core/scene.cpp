@@ -46,7 +46,22 @@ void checkSeeding(const SeedingOptions& d, const std::set<std::string>& names, c
         need(names.count(name), at + ".elements: there is no element \"" + name + "\"" +
                                     didYouMean(name, std::vector<std::string>(names.begin(), names.end())));
     need(std::isfinite(d.offset) && d.offset >= 0, at + ".offset must be at least 0, or \"auto\"");
+    if (d.density)
+        need(positive(d.density->least) && std::isfinite(d.density->most) && d.density->most <= 1e4 &&
+                 d.density->least >= 1e-4 && d.density->most > 0,
+             at + ".density.range must be two numbers from 0.0001 to 10000");
+    need(isFinite(d.field.axis) && length(d.field.axis) > 0, at + ".field.axis must not be zero");
+    if (d.field.type == "guides") need(!d.field.strokes.empty(), at + ".field: \"guides\" need \"strokes\"");
+    for (const auto& stroke : d.field.strokes) {
+        need(stroke.size() >= 2, at + ".field.strokes: each needs at least two points");
+        for (const Vec3& p : stroke) need(isFinite(p), at + ".field.strokes must be finite");
+    }
     const RegionOptions& r = d.region;
+    if (r.curve) {
+        need(positive(r.curve->distance), at + ".region.curve needs a distance above 0");
+        for (const auto& line : r.curve->lines)
+            for (const Vec3& p : line) need(isFinite(p), at + ".region.curve.points must be finite");
+    }
     if (r.box)
         need(isFinite(r.box->min) && isFinite(r.box->max) && (r.box->size()).min() > 0,
              at + ".region.box must be two corners, the least first");
@@ -100,6 +115,7 @@ void validate(const Scene& s) {
         checkSeeding(s.seedings[i], names, s.seedings.size() > 1 ? "seeding[" + std::to_string(i) + "]" : "seeding");
     need(std::isfinite(s.orientation.angle) && std::isfinite(s.orientation.jitter) && s.orientation.jitter >= 0,
          "orientation: angle and jitter must be finite, jitter at least 0");
+    need(s.refineIterations >= 0 && s.refineIterations <= 1000, "refine.iterations must be from 0 to 1000");
     need(std::isfinite(s.sizeVariation) && s.sizeVariation >= 0 && s.sizeVariation < 1,
          "variation.size must be at least 0 and below 1");
     checkMaterial(s.material.a, s.material.b, "material");

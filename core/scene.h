@@ -40,6 +40,13 @@ struct PlacementOptions {
     std::string element;  ///< empty: the first kind
 };
 
+/// A direction field on the surface: what elements and stripes follow.
+struct FieldOptions {
+    std::string type = "smooth";             ///< smooth | curvature | axis | around | guides
+    Vec3 axis{0, 0, 1};                      ///< for axis and around
+    std::vector<std::vector<Vec3>> strokes;  ///< for guides: polylines on or near the surface
+};
+
 /// Where on the base a seeding may put elements; what is not given does not limit.
 struct RegionOptions {
     std::string part;  ///< "all", or a group of the mesh; empty: "outer" where the base has such a part, else all
@@ -50,7 +57,20 @@ struct RegionOptions {
     };
     std::optional<Ball> sphere;
     std::optional<std::pair<double, double>> height;  ///< least and most z
-    bool cuts() const { return box || sphere || height; }
+    struct Curve {
+        std::vector<std::vector<Vec3>> lines;
+        double distance = 0;
+    };
+    std::optional<Curve> curve;  ///< all that is as near to one of these polylines
+    std::string mask;            ///< where these vertex values are above 1/2: a name of the base's file, or a file
+    bool cuts() const { return box || sphere || height || curve || !mask.empty(); }
+};
+
+/// How many elements stand where.
+struct DensityOptions {
+    std::string map;             ///< values in [0, 1]: "curvature", a name of the base's vertex values, or a file
+    double least = 1, most = 4;  ///< relative number per area where the map is 0 and 1
+    bool resize = true;          ///< elements are smaller where they are denser, so that the coverage stays even
 };
 
 struct SeedingOptions {
@@ -61,6 +81,8 @@ struct SeedingOptions {
     double offset = 0;        ///< height of the surface that is sampled over the base
     bool autoOffset = false;  ///< "auto": the height of the elements' widest section
     RegionOptions region;
+    std::optional<DensityOptions> density;
+    FieldOptions field;                 ///< what "rotation": "field" follows
     std::vector<std::string> elements;  ///< names of the kinds it places; empty: all
     bool snap = true;
     std::vector<PlacementOptions> placements;
@@ -68,7 +90,7 @@ struct SeedingOptions {
 };
 
 struct OrientationOptions {
-    std::string rotation = "random";  ///< random | fixed | alternate: half a turn between neighbours
+    std::string rotation = "random";  ///< random | fixed | field | alternate: half a turn between neighbours
     double angle = 0, jitter = 0;
 };
 
@@ -96,6 +118,7 @@ struct Scene {
     OrientationOptions orientation;
     std::string assignment = "random";  ///< random | alternate | sequence: which kind goes where
     double sizeVariation = 0;
+    int refineIterations = 0;
     MaterialOptions material;
     OutputOptions output;
     std::string folder = ".";  ///< paths in the scene resolve against it

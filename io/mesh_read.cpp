@@ -3,6 +3,8 @@
 #include <OpenMesh/Core/IO/IOManager.hh>
 #include <OpenMesh/Core/IO/importer/BaseImporter.hh>
 #include <OpenMesh/Core/Mesh/BaseKernel.hh>
+#include <algorithm>
+#include <array>
 #include <boost/iostreams/copy.hpp>
 #include <boost/iostreams/filter/gzip.hpp>
 #include <boost/iostreams/filtering_streambuf.hpp>
@@ -30,10 +32,35 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
 
     TriangleMesh mesh;
     size_t badFaces = 0;
+    std::vector<size_t> faceEnd;  // of each polygon: one past its last triangle
+    std::vector<Vec3> colors;
+
+    SoupImporter() { kernel_.importer = this; }
+    /// What the reader hung on the vertices.
+    VertexValues values() const {
+        VertexValues all;
+        if (colors.size() == mesh.points.size()) {
+            for (size_t k = 0; k < 3; ++k) {
+                auto& channel = all[std::array<const char*, 3>{"red", "green", "blue"}[k]];
+                for (const Vec3& c : colors) channel.push_back(c[int(k)]);
+            }
+            for (const Vec3& c : colors) all["color"].push_back(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
+        }
+        for (auto it = kernel_.vprops_begin(); it != kernel_.vprops_end(); ++it) {
+            if (!*it) continue;
+            std::vector<double> v;
+            if (copy<float>(*it, v) || copy<double>(*it, v) || copy<int>(*it, v) || copy<unsigned>(*it, v) ||
+                copy<short>(*it, v) || copy<unsigned short>(*it, v) || copy<signed char>(*it, v) ||
+                copy<unsigned char>(*it, v))
+                all[(*it)->name()] = std::move(v);
+        }
+        return all;
+    }
 
     VertexHandle add_vertex(const OpenMesh::Vec3f& p) override { return add_vertex(Vec3(p[0], p[1], p[2])); }
     VertexHandle add_vertex(const OpenMesh::Vec3d& p) override {
         mesh.points.push_back(p);
+        kernel_.fit();
         return VertexHandle(int(mesh.points.size()) - 1);
     }
     VertexHandle add_vertex() override { return add_vertex(Vec3(0, 0, 0)); }
@@ -45,6 +72,7 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
             }
         for (size_t k = 1; k + 1 < corners.size(); ++k)
             mesh.triangles.push_back({corners[0].idx(), corners[k].idx(), corners[k + 1].idx()});
+        faceEnd.push_back(mesh.triangles.size());
         return FaceHandle(int(faces_++));
     }
     void set_point(VertexHandle v, const OpenMesh::Vec3f& p) override {
@@ -53,6 +81,11 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
     size_t n_vertices() const override { return mesh.points.size(); }
     size_t n_faces() const override { return faces_; }
     size_t n_edges() const override { return 0; }
+
+    void set_color(VertexHandle v, const OpenMesh::Vec3uc& c) override { setColor(v, Vec3(c[0], c[1], c[2]) / 255.0); }
+    void set_color(VertexHandle v, const OpenMesh::Vec4uc& c) override { setColor(v, Vec3(c[0], c[1], c[2]) / 255.0); }
+    void set_color(VertexHandle v, const OpenMesh::Vec3f& c) override { setColor(v, Vec3(c[0], c[1], c[2])); }
+    void set_color(VertexHandle v, const OpenMesh::Vec4f& c) override { setColor(v, Vec3(c[0], c[1], c[2])); }
 
     // Attributes and connectivity that a soup has no place for.
     HalfedgeHandle add_edge(VertexHandle, VertexHandle) override { return HalfedgeHandle(); }
@@ -65,10 +98,6 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
     void set_normal(VertexHandle, const OpenMesh::Vec3d&) override {}
     void set_normal(FaceHandle, const OpenMesh::Vec3f&) override {}
     void set_normal(FaceHandle, const OpenMesh::Vec3d&) override {}
-    void set_color(VertexHandle, const OpenMesh::Vec3uc&) override {}
-    void set_color(VertexHandle, const OpenMesh::Vec4uc&) override {}
-    void set_color(VertexHandle, const OpenMesh::Vec3f&) override {}
-    void set_color(VertexHandle, const OpenMesh::Vec4f&) override {}
     void set_color(EdgeHandle, const OpenMesh::Vec3uc&) override {}
     void set_color(EdgeHandle, const OpenMesh::Vec4uc&) override {}
     void set_color(EdgeHandle, const OpenMesh::Vec3f&) override {}
@@ -92,9 +121,52 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
     OpenMesh::BaseKernel* kernel() override { return &kernel_; }
 
   private:
+    struct Kernel : OpenMesh::BaseKernel {  // holds the properties that a PLY gives its vertices
+        const SoupImporter* importer = nullptr;
+        size_t n_vertices() const override { return importer->mesh.points.size(); }
+        void fit() const { vprops_resize(n_vertices()); }
+    };
+    void setColor(VertexHandle v, const Vec3& c) {
+        colors.resize(mesh.points.size(), Vec3(0, 0, 0));
+        colors[size_t(v.idx())] = c;
+    }
+    template <class T>
+    static bool copy(const OpenMesh::BaseProperty* property, std::vector<double>& values) {
+        const auto* p = dynamic_cast<const OpenMesh::PropertyT<T>*>(property);
+        if (p) values.assign(p->data_vector().begin(), p->data_vector().end());
+        return p;
+    }
     size_t faces_ = 0;
-    OpenMesh::BaseKernel kernel_;  // some readers hang custom properties on it
+    Kernel kernel_;
 };
+
+/// Gives the triangles of an OBJ the groups that its lines name.
+void readGroups(const std::string& text, const std::vector<size_t>& faceEnd, TriangleMesh& mesh) {
+    std::vector<std::string> names[2];  // groups, materials
+    std::vector<int> of[2];
+    int now[2] = {-1, -1};
+    std::istringstream lines(text);
+    std::string line, word;
+    while (std::getline(lines, line)) {
+        std::istringstream words(line);
+        if (!(words >> word)) continue;
+        if (word == "f")
+            for (int k = 0; k < 2; ++k) of[k].push_back(now[k]);
+        if (word != "g" && word != "usemtl") continue;
+        const int k = word == "usemtl";
+        std::string name = "default";
+        words >> name;
+        const auto at = std::find(names[k].begin(), names[k].end(), name);
+        now[k] = int(at - names[k].begin());
+        if (at == names[k].end()) names[k].push_back(name);
+    }
+    const int k = names[0].size() > 1 || names[1].empty() ? 0 : 1;
+    if (names[k].empty() || of[k].size() != faceEnd.size()) return;
+    mesh.groupNames = names[k];
+    if (std::find(of[k].begin(), of[k].end(), -1) != of[k].end()) mesh.groupNames.push_back("default");
+    for (size_t f = 0; f < faceEnd.size(); ++f)
+        mesh.groups.resize(faceEnd[f], of[k][f] >= 0 ? of[k][f] : int(mesh.groupNames.size()) - 1);
+}
 
 std::string readBytes(const std::string& path, bool gzip) {
     std::ifstream file(path, std::ios::binary);
@@ -113,22 +185,41 @@ std::string readBytes(const std::string& path, bool gzip) {
 
 }  // namespace
 
-TriangleMesh readMesh(const std::string& path) {
+namespace {
+
+/// Lower-case ending of a path, that of the file inside where it is compressed.
+std::string meshEnding(const std::string& path) {
     fs::path p(path);
+    if (p.extension() == ".gz") p.replace_extension();
+    std::string ending = p.extension().string();
+    for (char& c : ending) c = char(std::tolower(c));
+    return ending;
+}
+
+}  // namespace
+
+bool isMeshFile(const std::string& path) {
+    const std::string ending = meshEnding(path);
+    return ending == ".obj" || ending == ".ply" || ending == ".stl" || ending == ".off";
+}
+
+TriangleMesh readMesh(const std::string& path, VertexValues* values) {
+    const fs::path p(path);
     std::error_code error;
     if (!fs::exists(p, error)) throw InputError(path + ": no such file");
     if (fs::is_directory(p, error)) throw InputError(path + ": is a folder, not a mesh");
     const bool gzip = p.extension() == ".gz";
-    if (gzip) p.replace_extension();
-    std::string ending = p.extension().string();
-    for (char& c : ending) c = char(std::tolower(c));
-    if (ending != ".obj" && ending != ".ply" && ending != ".stl" && ending != ".off")
-        throw InputError(path + ": unknown kind of mesh; use OBJ, PLY, STL or OFF (also with .gz)");
+    const std::string ending = meshEnding(path);
+    if (!isMeshFile(path)) throw InputError(path + ": unknown kind of mesh; use OBJ, PLY, STL or OFF (also with .gz)");
     const std::string bytes = readBytes(path, gzip);
     if (bytes.empty()) throw InputError(path + ": the file is empty");
 
     SoupImporter importer;
     OpenMesh::IO::Options options;
+    if (values) {
+        options += OpenMesh::IO::Options::VertexColor;
+        options += OpenMesh::IO::Options::Custom;
+    }
     // ASCII STL starts with "solid", but so do some binary ones: their length tells.
     if (ending == ".stl") {
         uint32_t count = 0;
@@ -156,6 +247,8 @@ TriangleMesh readMesh(const std::string& path) {
         throw InputError(path + ": " + std::to_string(importer.badFaces) +
                          " faces name vertices that the file does not have");
     if (importer.mesh.triangles.empty()) throw InputError(path + ": holds no faces");
+    if (ending == ".obj") readGroups(bytes, importer.faceEnd, importer.mesh);
+    if (values) *values = importer.values();
     return std::move(importer.mesh);
 }
 

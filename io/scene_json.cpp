@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <tuple>
 
 #include "pavel/io/json_reader.h"
 
@@ -138,6 +139,21 @@ std::pair<T, T> readPair(const json& j, const std::string& where) {
     return {JsonReader::as<T>(j[0], where), JsonReader::as<T>(j[1], where)};
 }
 
+/// A polyline as a list of points, or a list of polylines.
+std::vector<std::vector<Vec3>> readLines(const json& j, const std::string& where) {
+    const bool one = j.is_array() && !j.empty() && j[0].is_array() && !j[0].empty() && j[0][0].is_number();
+    const json list = one ? json::array({j}) : j;
+    if (!list.is_array()) throw InputError(where + ": must be a list of points [[x, y, z], ...], or of such lists");
+    std::vector<std::vector<Vec3>> lines;
+    for (const json& line : list) {
+        if (!line.is_array() || line.empty())
+            throw InputError(where + ": must be a list of points [[x, y, z], ...], or of such lists");
+        lines.emplace_back();
+        for (const json& p : line) lines.back().push_back(JsonReader::as<Vec3>(p, where));
+    }
+    return lines;
+}
+
 RegionOptions readRegion(const json& j, const std::string& where) {
     RegionOptions region;
     if (j.is_string()) {
@@ -158,9 +174,39 @@ RegionOptions readRegion(const json& j, const std::string& where) {
         s.finish();
     }
     if (const json* height = r.find("height")) region.height = readPair<double>(*height, where + ".height");
-    if (r.find("vertex_mask")) throw InputError(where + ".vertex_mask: is not available yet");
+    if (const json* curve = r.find("curve")) {
+        JsonReader c(*curve, where + ".curve");
+        region.curve.emplace();
+        if (const json* points = c.find("points")) region.curve->lines = readLines(*points, where + ".curve.points");
+        c.get("distance", region.curve->distance);
+        c.finish();
+        if (region.curve->lines.empty()) throw InputError(where + ".curve.points: is missing");
+    }
+    r.get("vertex_mask", region.mask);
     r.finish();
     return region;
+}
+
+FieldOptions readField(const json& j, const std::string& where) {
+    JsonReader r(j, where);
+    FieldOptions f;
+    r.choice("type", f.type, {"smooth", "curvature", "axis", "around", "guides"});
+    r.get("axis", f.axis);
+    if (const json* strokes = r.find("strokes")) f.strokes = readLines(*strokes, where + ".strokes");
+    r.finish();
+    return f;
+}
+
+DensityOptions readDensity(const json& j, const std::string& where) {
+    JsonReader r(j, where);
+    DensityOptions d;
+    r.get("map", d.map);
+    if (d.map.empty())
+        throw InputError(where + ".map: is missing; name \"curvature\", vertex values of the base's file, or a file");
+    if (const json* range = r.find("range")) std::tie(d.least, d.most) = readPair<double>(*range, where + ".range");
+    r.get("resize", d.resize);
+    r.finish();
+    return d;
 }
 
 SeedingOptions readSeeding(const json& j, const std::string& where) {
@@ -186,7 +232,9 @@ SeedingOptions readSeeding(const json& j, const std::string& where) {
         if (!list->is_array()) throw InputError(where + ".elements: must be a list of names");
         for (const json& name : *list) s.elements.push_back(JsonReader::as<std::string>(name, where + ".elements"));
     }
-    for (const char* key : {"spacing", "angle", "field"})
+    if (const json* density = r.find("density")) s.density = readDensity(*density, where + ".density");
+    if (const json* field = r.find("field")) s.field = readField(*field, where + ".field");
+    for (const char* key : {"spacing", "angle"})
         if (r.find(key)) throw InputError(where + "." + key + ": is not available yet");
     r.finish();
     return s;
@@ -237,13 +285,37 @@ std::string pathFrom(const std::string& path, const Scene& scene, const std::str
     return fs::proximate(fs::absolute(fs::path(scene.folder) / path), fs::absolute(folder)).string();
 }
 
-ordered regionJson(const RegionOptions& r) {
+/// Where vertex values come from: a file is named as it is found from `folder`, a name stays.
+std::string valuesPath(const std::string& name, const Scene& scene, const std::string& folder) {
+    const bool isFile = fs::exists(fs::path(name).is_absolute() ? fs::path(name) : fs::path(scene.folder) / name);
+    return isFile ? pathFrom(name, scene, folder) : name;
+}
+
+ordered linesJson(const std::vector<std::vector<Vec3>>& lines) {
+    ordered j = ordered::array();
+    for (const auto& line : lines) {
+        j.push_back(ordered::array());
+        for (const Vec3& p : line) j.back().push_back(vectorJson(p));
+    }
+    return j;
+}
+
+ordered fieldJson(const FieldOptions& f) {
+    ordered j{{"type", f.type}};
+    if (f.type == "axis" || f.type == "around") j["axis"] = vectorJson(f.axis);
+    if (!f.strokes.empty()) j["strokes"] = linesJson(f.strokes);
+    return j;
+}
+
+ordered regionJson(const RegionOptions& r, const Scene& scene, const std::string& folder) {
     if (!r.cuts()) return r.part;
     ordered j;
     if (!r.part.empty()) j["group"] = r.part;
     if (r.box) j["box"] = {vectorJson(r.box->min), vectorJson(r.box->max)};
     if (r.sphere) j["sphere"] = {{"center", vectorJson(r.sphere->center)}, {"radius", r.sphere->radius}};
     if (r.height) j["height"] = {r.height->first, r.height->second};
+    if (r.curve) j["curve"] = {{"points", linesJson(r.curve->lines)}, {"distance", r.curve->distance}};
+    if (!r.mask.empty()) j["vertex_mask"] = valuesPath(r.mask, scene, folder);
     return j;
 }
 
@@ -256,6 +328,11 @@ ordered seedingJson(const SeedingOptions& d, const Scene& scene, const std::stri
             seeding["count"] = *d.count;
         seeding["iterations"] = d.iterations;
         seeding["offset"] = d.autoOffset ? ordered("auto") : ordered(d.offset);
+        if (d.density)
+            seeding["density"] = {{"map", valuesPath(d.density->map, scene, folder)},
+                                  {"range", {d.density->least, d.density->most}},
+                                  {"resize", d.density->resize}};
+        seeding["field"] = fieldJson(d.field);
     } else {
         seeding["snap"] = d.snap;
         if (!d.file.empty()) seeding["file"] = pathFrom(d.file, scene, folder);
@@ -269,7 +346,7 @@ ordered seedingJson(const SeedingOptions& d, const Scene& scene, const std::stri
             seeding["placements"].push_back(j);
         }
     }
-    if (d.region.cuts() || !d.region.part.empty()) seeding["region"] = regionJson(d.region);
+    if (d.region.cuts() || !d.region.part.empty()) seeding["region"] = regionJson(d.region, scene, folder);
     if (!d.elements.empty()) seeding["elements"] = d.elements;
     return seeding;
 }
@@ -311,7 +388,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
         }
         if (const json* j = r.find("orientation")) {
             JsonReader o(*j, "orientation");
-            o.choice("rotation", s.orientation.rotation, {"random", "fixed", "alternate"}, {"field"});
+            o.choice("rotation", s.orientation.rotation, {"random", "fixed", "field", "alternate"});
             o.get("angle", s.orientation.angle);
             o.get("jitter", s.orientation.jitter);
             o.finish();
@@ -324,7 +401,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
         }
         if (const json* j = r.find("refine")) {
             JsonReader v(*j, "refine");
-            v.notYet("iterations", 0);
+            v.get("iterations", s.refineIterations);
             v.finish();
         }
         if (const json* j = r.find("material")) {
@@ -390,7 +467,7 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
         {"rotation", s.orientation.rotation}, {"angle", s.orientation.angle}, {"jitter", s.orientation.jitter}};
     root["assignment"] = s.assignment;
     root["variation"] = {{"size", s.sizeVariation}};
-    root["refine"] = {{"iterations", 0}};
+    root["refine"] = {{"iterations", s.refineIterations}};
     root["material"] = {{"a", s.material.a},
                         {"b", s.material.b},
                         {"contact", s.material.contact},

@@ -6,60 +6,10 @@
 
 #include "pavel/core/error.h"
 #include "pavel/seeding/cvt.h"
-#include "pavel/seeding/nearest.h"
+#include "pavel/seeding/dressing.h"
 
 namespace pavel {
 namespace {
-
-// One stream of random numbers per purpose, and per seeding.
-enum Stream : uint64_t { kKindStream = 2, kRotationStream, kSizeStream, kStreams = 16 };
-
-/// Seeds that are looked at to make neighbours differ.
-constexpr size_t kAround = 6;
-
-int kindByWeight(const std::vector<ElementKind>& kinds, const std::vector<int>& of, double u) {
-    double sum = 0;
-    for (int k : of) sum += kinds[size_t(k)].weight;
-    double at = u * sum;
-    for (size_t i = 0; i + 1 < of.size(); ++i) {
-        if (at < kinds[size_t(of[i])].weight) return of[i];
-        at -= kinds[size_t(of[i])].weight;
-    }
-    return of.back();
-}
-
-/// Gives every point a class, one for each weight, that is rare among its neighbours; of equally rare ones that which
-/// is behind its share.
-std::vector<int> alternating(const std::vector<SurfacePoint>& points, const std::vector<double>& weights) {
-    const std::vector<std::vector<size_t>> around = nearestOf(points, kAround);
-    std::vector<int> classes(points.size(), -1);
-    std::vector<double> used(weights.size(), 0);
-    constexpr int kSweeps = 3;  // later ones know all the neighbours
-    for (int sweep = 0; sweep < kSweeps; ++sweep)
-        for (size_t i = 0; i < points.size(); ++i) {
-            std::vector<int> near(weights.size(), 0);
-            for (size_t n : around[i])
-                if (classes[n] >= 0) ++near[size_t(classes[n])];
-            if (classes[i] >= 0) --used[size_t(classes[i])];
-            int best = -1;
-            for (size_t c = 0; c < weights.size(); ++c) {
-                if (!(weights[c] > 0)) continue;
-                const size_t b = size_t(best);
-                if (best < 0 || near[c] < near[b] ||
-                    (near[c] == near[b] && used[c] / weights[c] < used[b] / weights[b]))
-                    best = int(c);
-            }
-            classes[i] = best;
-            ++used[size_t(best)];
-        }
-    return classes;
-}
-
-/// "Up" along the surface where there is such a direction.
-Vec3 upTangent(const Vec3& normal) {
-    const Vec3 t = Vec3(0, 0, 1) - normal[2] * normal;
-    return length(t) > 0.05 ? normalized(t) : anyPerpendicular(normal);
-}
 
 size_t seedCount(const Surface& surface, double footprint, const SeedingOptions& seeding) {
     if (seeding.count) return *seeding.count;
@@ -72,37 +22,6 @@ size_t seedCount(const Surface& surface, double footprint, const SeedingOptions&
     return size_t(std::llround(wanted));
 }
 
-/// Points as seeds: which kind, how turned, how large. `stream`: first of this seeding's random streams.
-void dress(const std::vector<SurfacePoint>& points, const std::vector<ElementKind>& kinds, const std::vector<int>& of,
-           const Scene& scene, uint64_t stream, SeedSet& set) {
-    Rng kindRng(scene.seed, stream + kKindStream), rotationRng(scene.seed, stream + kRotationStream),
-        sizeRng(scene.seed, stream + kSizeStream);
-    std::vector<int> classes, turns;
-    if (scene.assignment == "alternate") {
-        std::vector<double> weights;
-        for (int k : of) weights.push_back(kinds[size_t(k)].weight);
-        classes = alternating(points, weights);
-    }
-    const OrientationOptions& o = scene.orientation;
-    if (o.rotation == "alternate") turns = alternating(points, {1, 1});
-    for (size_t i = 0; i < points.size(); ++i) {
-        Seed s;
-        s.id = int(set.seeds.size()) + 1;
-        s.position = points[i].position;
-        s.normal = points[i].normal;
-        s.tangent = upTangent(s.normal);
-        const double byWeight = kindRng.uniform();
-        s.kind = scene.assignment == "random"     ? kindByWeight(kinds, of, byWeight)
-                 : scene.assignment == "sequence" ? of[i % of.size()]
-                                                  : of[size_t(classes[i])];
-        const double u = rotationRng.uniform();
-        s.rotation = o.rotation == "random" ? 360 * u : o.angle + o.jitter * (2 * u - 1);
-        if (!turns.empty() && turns[i]) s.rotation += 180;
-        s.scale = 1 + scene.sizeVariation * sizeRng.uniform(-1, 1);
-        set.seeds.push_back(s);
-    }
-}
-
 /// The kinds that a seeding places.
 std::vector<int> kindsOf(const SeedingOptions& seeding, const std::vector<ElementKind>& kinds) {
     std::vector<int> of;
@@ -111,26 +30,6 @@ std::vector<int> kindsOf(const SeedingOptions& seeding, const std::vector<Elemen
             std::find(seeding.elements.begin(), seeding.elements.end(), kinds[k].name) != seeding.elements.end())
             of.push_back(int(k));
     return of;
-}
-
-bool inside(const RegionOptions& region, const Vec3& p) {
-    if (region.box)
-        for (int k = 0; k < 3; ++k)
-            if (p[k] < region.box->min[k] || p[k] > region.box->max[k]) return false;
-    if (region.sphere && length(p - region.sphere->center) > region.sphere->radius) return false;
-    return !region.height || (p[2] >= region.height->first && p[2] <= region.height->second);
-}
-
-/// Keeps the triangles whose middle lies in the region.
-void cutToRegion(TriangleMesh& mesh, const RegionOptions& region) {
-    std::vector<Triangle> kept;
-    for (size_t t = 0; t < mesh.triangles.size(); ++t)
-        if (inside(region, (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3.0))
-            kept.push_back(mesh.triangles[t]);
-    mesh.triangles = std::move(kept);
-    mesh.groups.clear();
-    mesh.groupNames.clear();
-    removeUnusedVertices(mesh);
 }
 
 void manualSeeds(const Surface& surface, const std::vector<ElementKind>& kinds, const SeedingOptions& seeding,
@@ -150,6 +49,25 @@ void manualSeeds(const Surface& surface, const std::vector<ElementKind>& kinds, 
     }
 }
 
+double densityAt(const SurfaceMap& map, const DensityOptions& o, const Vec3& p, const Vec3& normal) {
+    return o.least + (o.most - o.least) * std::clamp(map.at(p, normal), 0.0, 1.0);
+}
+
+/// Wanted elements per area on a surface's triangles, 1 in the mean; empty where the scene asks for no density.
+std::vector<double> densities(const Surface& surface, const SeedingOptions& seeding, const SurfaceMap* map) {
+    std::vector<double> d(seeding.density && map ? surface.mesh().triangles.size() : 0);
+    const TriangleMesh& m = surface.mesh();
+    tbb::parallel_for(size_t(0), d.size(), [&](size_t t) {
+        d[t] = densityAt(*map, *seeding.density, (m.corner(t, 0) + m.corner(t, 1) + m.corner(t, 2)) / 3.0,
+                         surface.faceNormal(int(t)));
+    });
+    double mean = 0;
+    for (size_t t = 0; t < d.size(); ++t)
+        mean += d[t] * triangleArea(m.corner(t, 0), m.corner(t, 1), m.corner(t, 2)) / surface.area();
+    for (double& x : d) x /= mean;
+    return d;
+}
+
 /// The part of an offset surface whose feet on the base lie in the region.
 TriangleMesh aboveRegion(const TriangleMesh& offset, const Surface& base, const Surface& region, double distance) {
     std::vector<char> keep(offset.triangles.size());
@@ -166,15 +84,20 @@ TriangleMesh aboveRegion(const TriangleMesh& offset, const Surface& base, const 
     return kept;
 }
 
-/// Maps points of the offset surface back to the base. A foot is unique where the way back up along its normal leads to
-/// the same point.
-std::vector<SurfacePoint> feet(const std::vector<SurfacePoint>& points, const Surface& base, double distance) {
+/// Maps points of the offset surface back to the base, and drops the values of those that have no foot. A foot is
+/// unique where the way back up along its normal leads to the same point.
+std::vector<SurfacePoint> feet(const std::vector<SurfacePoint>& points, const Surface& base, double distance,
+                               std::vector<double>& values) {
     constexpr double kUnique = 0.35;  // of the offset; facets of the base alone make for a tenth or so
     std::vector<SurfacePoint> all(points.size()), unique;
+    std::vector<double> kept;
     tbb::parallel_for(size_t(0), points.size(), [&](size_t i) { all[i] = base.closest(points[i].position); });
     for (size_t i = 0; i < points.size(); ++i)
-        if (length(all[i].position + distance * all[i].normal - points[i].position) < kUnique * distance)
+        if (length(all[i].position + distance * all[i].normal - points[i].position) < kUnique * distance) {
             unique.push_back(all[i]);
+            if (!values.empty()) kept.push_back(values[i]);
+        }
+    values = std::move(kept);
     return unique;
 }
 
@@ -189,18 +112,6 @@ double samplingOffset(const std::vector<ElementKind>& kinds, const SeedingOption
         weights += kind.weight;
     }
     return weights > 0 ? std::max(0.0, sum / weights) : 0;
-}
-
-TriangleMesh decoratedSurface(const TriangleMesh& base, const SeedingOptions& options, double spacing) {
-    std::string part = options.region.part;
-    const bool hasOuter = std::find(base.groupNames.begin(), base.groupNames.end(), "outer") != base.groupNames.end();
-    if (part.empty()) part = hasOuter && options.method != "manual" ? "outer" : "all";
-    TriangleMesh mesh = part == "all" ? base : groupSubmesh(base, part);
-    if (!options.region.cuts()) return mesh;
-    subdivideLongEdges(mesh, std::max(spacing, 4e-3 * meshBounds(mesh).diagonal()) / 4);  // so that the border is fine
-    cutToRegion(mesh, options.region);
-    if (mesh.triangles.empty()) throw InputError("seeding.region: nothing of the base lies in it");
-    return mesh;
 }
 
 double meanFootprint(const std::vector<ElementKind>& kinds, const SeedingOptions& seeding, double v) {
@@ -226,18 +137,20 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
     set.method = scene.seedings[0].method;
     for (size_t i = 0; i < scene.seedings.size(); ++i) {
         const SeedingOptions& seeding = scene.seedings[i];
+        static const SeedingInput none;
+        const SeedingInput& input = i < inputs.size() ? inputs[i] : none;
         const bool cvt = seeding.method == "cvt";
         double spacing = meanSpacing(base, kinds, seeding, scene.sizeVariation);
-        TriangleMesh part = decoratedSurface(base, seeding, spacing);
+        TriangleMesh part = decoratedSurface(base, seeding, spacing, input.mask.get());
         if (cvt && seeding.count) {  // the region's area, now known, sets the spacing, and how fine its border is
             spacing = meanSpacing(part, kinds, seeding, scene.sizeVariation);
-            if (seeding.region.cuts()) part = decoratedSurface(base, seeding, spacing);
+            if (seeding.region.cuts()) part = decoratedSurface(base, seeding, spacing, input.mask.get());
         }
         if (cvt) subdivideLongEdges(part, kLongestEdge * std::max(spacing, 1e-3 * meshBounds(part).diagonal()));
         const Surface surface(std::move(part));
         set.decoratedArea += surface.area();
         if (!cvt) {
-            manualSeeds(surface, kinds, seeding, i < inputs.size() ? inputs[i].manual : seeding.placements, set);
+            manualSeeds(surface, kinds, seeding, i < inputs.size() ? input.manual : seeding.placements, set);
             continue;
         }
         CvtOptions options;
@@ -248,19 +161,36 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
         const auto progress = [&](double done) { context.progress("seeding", (double(i) + done) * share); };
         const double offset = samplingOffset(kinds, seeding);
         std::vector<SurfacePoint> points;
-        if (offset > 0 && i < inputs.size() && !inputs[i].offsetSurface.triangles.empty()) {
-            const Surface whole(base);
-            TriangleMesh above = aboveRegion(inputs[i].offsetSurface, whole, surface, offset);
+        std::vector<double> density;  // at the points
+        const auto sample = [&](const Surface& ground) {
+            options.density = densities(ground, seeding, input.density.get());
+            const auto seeds = centroidalSeeds(ground, count, options, progress);
+            for (const SurfacePoint& p : seeds)
+                if (!options.density.empty()) density.push_back(options.density[size_t(p.triangle)]);
+            return seeds;
+        };
+        std::unique_ptr<Surface> whole;
+        if (offset > 0 && !input.offsetSurface.triangles.empty()) {
+            whole = std::make_unique<Surface>(base);
+            TriangleMesh above = aboveRegion(input.offsetSurface, *whole, surface, offset);
             subdivideLongEdges(above, kLongestEdge * std::max(spacing, 1e-3 * meshBounds(above).diagonal()));
-            const auto sampled = centroidalSeeds(Surface(std::move(above)), count, options, progress);
-            points = feet(sampled, whole, offset);
+            const std::vector<SurfacePoint> sampled = sample(Surface(std::move(above)));
+            points = feet(sampled, *whole, offset, density);
             if (points.size() < sampled.size())
                 context.warn(std::to_string(sampled.size() - points.size()) +
                              " elements are not placed: the offset surface merges across a gap there");
         } else {
-            points = centroidalSeeds(surface, count, options, progress);
+            points = sample(surface);
         }
-        dress(points, kinds, kindsOf(seeding, kinds), scene, i * kStreams, set);
+        Dressing dressing{kinds, kindsOf(seeding, kinds), scene, i * kStreams, nullptr, {}};
+        std::unique_ptr<DirectionField> field;
+        if (scene.orientation.rotation == "field") {
+            field = std::make_unique<DirectionField>(whole ? *whole : surface, seeding.field, 1);
+            dressing.field = field.get();
+        }
+        if (seeding.density && seeding.density->resize)
+            for (double d : density) dressing.scale.push_back(1 / std::sqrt(d));
+        dress(points, dressing, set.seeds);
     }
     double footprints = 0;
     for (const Seed& s : set.seeds) footprints += kinds[size_t(s.kind)].footprint * s.scale * s.scale;

@@ -1,15 +1,13 @@
 #pragma once
 // From a scene's seeding section to seeds: how many, where, which kind, how turned and how large.
+#include <memory>
+
 #include "pavel/core/placement.h"
 #include "pavel/core/run_context.h"
 #include "pavel/core/scene.h"
+#include "pavel/seeding/decorated_surface.h"
 
 namespace pavel {
-
-/// The surface that a seeding decorates: its region of the base. Regions by box, sphere or height are cut along
-/// triangles no larger than a quarter of `spacing`.
-/// @throws InputError where the region is empty
-TriangleMesh decoratedSurface(const TriangleMesh& base, const SeedingOptions& options, double spacing);
 
 /// Mean of the footprints of a seeding's kinds over their weights and the size variation: one element's expected share
 /// of the area.
@@ -25,8 +23,9 @@ double samplingOffset(const std::vector<ElementKind>& kinds, const SeedingOption
 
 /// What a seeding needs besides the scene.
 struct SeedingInput {
-    std::vector<PlacementOptions> manual;  ///< placements, for the method "manual"
-    TriangleMesh offsetSurface;            ///< of the base, at samplingOffset; empty where that is 0
+    std::vector<PlacementOptions> manual;             ///< placements, for the method "manual"
+    TriangleMesh offsetSurface{};                     ///< of the base, at samplingOffset; empty where that is 0
+    std::shared_ptr<const SurfaceMap> mask{}, density{};  ///< where the region or the density names one
 };
 
 /// With an offset the tessellation is made on the offset surface (paper, Sampling on the offset surface), the part of

@@ -145,12 +145,16 @@ std::vector<SurfacePoint> Surface::sample(size_t count, Rng& rng, const std::vec
 }
 
 void subdivideLongEdges(TriangleMesh& mesh, double longest) {
+    subdivideEdges(mesh, [=](const Vec3& a, const Vec3& b) { return length(a - b) > longest; });
+}
+
+void subdivideEdges(TriangleMesh& mesh, const std::function<bool(const Vec3& a, const Vec3& b)>& isLong) {
     // All three edges of a triangle are tested against the same rule, so both sides of an edge agree where to split it.
     for (bool changed = true; changed;) {
         changed = false;
         std::map<std::pair<int, int>, int> middle;
         const auto split = [&](int a, int b) {
-            if (length(mesh.points[size_t(a)] - mesh.points[size_t(b)]) <= longest) return -1;
+            if (!isLong(mesh.points[size_t(a)], mesh.points[size_t(b)])) return -1;
             const auto [it, isNew] = middle.emplace(std::minmax(a, b), int(mesh.points.size()));
             if (isNew) mesh.points.push_back(0.5 * (mesh.points[size_t(a)] + mesh.points[size_t(b)]));
             return it->second;

@@ -1,5 +1,6 @@
 #pragma once
 // Closest points, normals and random points on a triangle surface.
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -47,7 +48,9 @@ class Surface {
     std::unique_ptr<Index> index_;
 };
 
-/// Splits edges longer than `longest` (longest edge first within each triangle) until none is left; same surface.
+/// Splits edges at their middles until `isLong` holds for none (of either direction); same surface.
+void subdivideEdges(TriangleMesh& mesh, const std::function<bool(const Vec3& a, const Vec3& b)>& isLong);
+/// The same for edges longer than a length.
 void subdivideLongEdges(TriangleMesh& mesh, double longest);
 
 }  // namespace pavel

@@ -32,7 +32,8 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
         const double v = scene.sizeVariation;
         n += d.count ? double(*d.count) : double(manual[i].size());
         if (d.coverage)
-            n += *d.coverage * meshArea(decoratedSurface(base, d, meanSpacing(base, kinds, d, v))) /
+            n += *d.coverage *
+                 meshArea(decoratedSurface(base, d, meanSpacing(base, kinds, d, v), loadMask(scene, d).get())) /
                  meanFootprint(kinds, d, v);
     }
     const double voxels = n * volume / weights / (h * h * h);

@@ -1,6 +1,7 @@
 #include "pavel/tools/load.h"
 
 #include <filesystem>
+#include <fstream>
 
 #include "pavel/core/error.h"
 #include "pavel/core/mesh_check.h"
@@ -15,6 +16,13 @@ namespace {
 std::string resolved(const Scene& scene, const std::string& path) {
     const std::filesystem::path p(path);
     return p.is_absolute() ? path : (std::filesystem::path(scene.folder) / p).string();
+}
+
+double baseScale(const BaseOptions& b, const TriangleMesh& mesh) {
+    if (!b.scaleTo) return 1;
+    const double side = meshBounds(mesh).longestSide();
+    if (!(side > 0) || !std::isfinite(side)) throw InputError(b.mesh + ": the mesh has no finite size to scale");
+    return *b.scaleTo / side;
 }
 
 /// Turns the axis named by `up` to +z.
@@ -45,11 +53,7 @@ const char* const kPalette[] = {"#d9a78c", "#8fb3a8", "#c9b26b", "#9a8fb8", "#c9
 TriangleMesh loadBase(const Scene& scene, RunContext& context) {
     const BaseOptions& b = scene.base;
     TriangleMesh mesh = b.shape.empty() ? readMesh(resolved(scene, b.mesh)) : makeShape(b.shape, b.parameters);
-    if (b.scaleTo) {
-        const double side = meshBounds(mesh).longestSide();
-        if (!(side > 0) || !std::isfinite(side)) throw InputError(b.mesh + ": the mesh has no finite size to scale");
-        scaleMesh(mesh, *b.scaleTo / side);
-    }
+    if (b.scaleTo) scaleMesh(mesh, baseScale(b, mesh));
     RepairOptions repair;
     repair.fillHoles = b.fillHoles;
     repair.thicken = b.thicken;
@@ -85,6 +89,52 @@ std::vector<std::vector<PlacementOptions>> loadPlacements(const Scene& scene) {
     return all;
 }
 
+namespace {
+
+/// A map by its name in the scene: vertex values of the base's file, a mesh with vertex colours or one property of its
+/// own that lies on the base, or a text file with one number for each vertex of the base's file.
+std::shared_ptr<const SurfaceMap> loadMap(const Scene& scene, const std::string& name, const std::string& key) {
+    const std::string path = resolved(scene, name);
+    VertexValues own;
+    TriangleMesh mesh;
+    if (scene.base.shape.empty()) mesh = readMesh(resolved(scene, scene.base.mesh), &own);
+    const double factor = scene.base.shape.empty() ? baseScale(scene.base, mesh) : 1;
+    std::vector<double> values;
+    if (own.count(name)) {
+        values = own[name];
+    } else if (!std::filesystem::is_regular_file(path)) {
+        std::string list;
+        for (const auto& [known, v] : own) list += (list.empty() ? "" : ", ") + known;
+        throw InputError(key + ": \"" + name + "\" is neither a file nor vertex values of the base" +
+                         (list.empty() ? " (its file has none)" : "; there are " + list));
+    } else if (std::ifstream text(path); isMeshFile(path)) {
+        VertexValues given;
+        mesh = readMesh(path, &given);
+        if (given.empty() || (given.size() > 1 && !given.count("color")))
+            throw InputError(path + ": needs vertex colours, or one property of the vertices, to serve as " + key);
+        values = given.count("color") ? given["color"] : given.begin()->second;
+    } else {
+        for (double v; text >> v;) values.push_back(v);
+        if (mesh.triangles.empty())
+            throw InputError(key + ": numbers need a base from a file; give a mesh with vertex colours instead");
+        if (values.size() != mesh.points.size() || !text.eof())
+            throw InputError(path + ": must hold one number for each of the " + std::to_string(mesh.points.size()) +
+                             " vertices of the base, and nothing else; " + std::to_string(values.size()) +
+                             " were read");
+    }
+    for (double v : values)
+        if (!std::isfinite(v)) throw InputError(key + ": \"" + name + "\" holds a value that is not finite");
+    scaleMesh(mesh, factor);
+    return std::make_shared<SurfaceMap>(std::move(mesh), std::move(values));
+}
+
+}  // namespace
+
+std::shared_ptr<const SurfaceMap> loadMask(const Scene& scene, const SeedingOptions& seeding) {
+    if (seeding.region.mask.empty()) return nullptr;
+    return loadMap(scene, seeding.region.mask, "seeding.region.vertex_mask");
+}
+
 SeedSet loadSeeds(const Scene& scene, const TriangleMesh& base, const std::vector<ElementKind>& kinds,
                   RunContext& context) {
     std::vector<SeedingInput> inputs(scene.seedings.size());
@@ -92,6 +142,11 @@ SeedSet loadSeeds(const Scene& scene, const TriangleMesh& base, const std::vecto
     for (size_t i = 0; i < inputs.size(); ++i) {
         const SeedingOptions& d = scene.seedings[i];
         inputs[i].manual = manual[i];
+        inputs[i].mask = loadMask(scene, d);
+        if (d.density && d.density->map == "curvature")
+            inputs[i].density = std::make_shared<SurfaceMap>(curvatureMap(base));
+        else if (d.density)
+            inputs[i].density = loadMap(scene, d.density->map, "seeding.density.map");
         const double offset = d.method == "cvt" ? samplingOffset(kinds, d) : 0;
         if (!(offset > 0)) continue;
         const StageTimer timer(context, "seeding");

@@ -1,7 +1,10 @@
 #pragma once
+#include <memory>
+
 #include "pavel/core/placement.h"
 #include "pavel/core/run_context.h"
 #include "pavel/core/scene.h"
+#include "pavel/seeding/surface_map.h"
 
 namespace pavel {
 
@@ -11,6 +14,8 @@ TriangleMesh loadBase(const Scene& scene, RunContext& context);
 std::vector<ElementKind> loadKinds(const Scene& scene, RunContext& context);
 /// The manual placements of each seeding, from the scene or the file that it names.
 std::vector<std::vector<PlacementOptions>> loadPlacements(const Scene& scene);
+/// The vertex mask that a seeding's region names, or null.
+std::shared_ptr<const SurfaceMap> loadMask(const Scene& scene, const SeedingOptions& seeding);
 /// Seeds of a scene: reads placements and makes offset surfaces where they are asked for.
 SeedSet loadSeeds(const Scene& scene, const TriangleMesh& base, const std::vector<ElementKind>& kinds,
                   RunContext& context);

@@ -171,5 +171,33 @@ TEST(AtomicOutput, WholeOrNotAtAll) {
     EXPECT_EQ(entries, 2u);  // nothing temporary is left
 }
 
+TEST(ReadMesh, KeepsGroupsMaterialsAndVertexValues) {
+    const test::TemporaryFolder folder;
+    const auto write = [&](const char* name, const std::string& text) {
+        std::ofstream(folder / name) << text;
+        return folder / name;
+    };
+    const std::string points = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 0 0 1 1 1 1\n";
+    VertexValues values;
+    const TriangleMesh grouped =
+        readMesh(write("g.obj", points + "g lid\nf 1 2 3\ng body\nf 1 2 4\nf 2 3 4 1\n"), &values);
+    EXPECT_EQ(grouped.groupNames, (std::vector<std::string>{"lid", "body"}));
+    EXPECT_EQ(grouped.groups, (std::vector<int>{0, 1, 1, 1}));
+    EXPECT_EQ(values.at("red"), (std::vector<double>{1, 0, 0, 1}));
+    EXPECT_NEAR(values.at("color")[1], 0.7152, 1e-6);
+    const TriangleMesh materials = readMesh(write("m.obj", points + "usemtl gold\nf 1 2 3\nusemtl clay\nf 1 2 4\n"));
+    EXPECT_EQ(materials.groupNames, (std::vector<std::string>{"gold", "clay"}));
+    EXPECT_TRUE(readMesh(write("n.obj", points + "f 1 2 3\n")).groups.empty());
+    const std::string ply = write(
+        "a.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty "
+        "float weight\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 0.25\n1 0 0 0.5\n0 "
+        "1 0 1\n3 0 1 2\n");
+    readMesh(ply, &values);
+    ASSERT_EQ(values.count("weight"), 1u);
+    EXPECT_EQ(values.at("weight"), (std::vector<double>{0.25, 0.5, 1}));
+    EXPECT_EQ(values.count("color"), 0u);
+}
+
 }  // namespace
 }  // namespace pavel

@@ -41,6 +41,22 @@ inline TriangleMesh square(double side, int n) {
     return m;
 }
 
+/// Around the z axis; `around` quads along the ring.
+inline TriangleMesh torus(double major, double minor, int around = 96) {
+    TriangleMesh m;
+    const int n = around, k = std::max(12, int(around * minor / major));
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < k; ++j) {
+            const double u = 2 * kPi * i / n, v = 2 * kPi * j / k, r = major + minor * std::cos(v);
+            m.points.emplace_back(r * std::cos(u), r * std::sin(u), minor * std::sin(v));
+            const int a = i * k + j, b = (i + 1) % n * k + j, c = (i + 1) % n * k + (j + 1) % k,
+                      d = i * k + (j + 1) % k;
+            m.triangles.push_back({a, b, c});
+            m.triangles.push_back({a, c, d});
+        }
+    return m;
+}
+
 inline TriangleMesh box(const Vec3& lo, const Vec3& hi) {
     TriangleMesh m;
     for (int i = 0; i < 8; ++i)
