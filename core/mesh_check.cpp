@@ -290,40 +290,4 @@ std::vector<std::string> makeSolid(TriangleMesh& mesh, const std::string& name, 
     return done;
 }
 
-double footprintArea(const TriangleMesh& mesh) {
-    const Bounds b = meshBounds(mesh);
-    constexpr int rows = 2048;
-    const double y0 = b.min[1], dy = (b.max[1] - b.min[1]) / rows;
-    if (!(dy > 0)) return 0;
-    std::vector<std::vector<std::pair<double, double>>> spans(rows);
-    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Vec3 p[3] = {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
-        const double lo = std::min({p[0][1], p[1][1], p[2][1]}), hi = std::max({p[0][1], p[1][1], p[2][1]});
-        const int first = std::max(0, int(std::ceil((lo - y0) / dy - 0.5)));
-        for (int r = first; r < rows; ++r) {
-            const double y = y0 + (r + 0.5) * dy;
-            if (y > hi) break;
-            double x0 = 1e300, x1 = -1e300;
-            for (int k = 0; k < 3; ++k) {
-                const Vec3 &a = p[k], &c = p[(k + 1) % 3];
-                if ((a[1] <= y) == (c[1] <= y)) continue;
-                const double x = a[0] + (y - a[1]) / (c[1] - a[1]) * (c[0] - a[0]);
-                x0 = std::min(x0, x);
-                x1 = std::max(x1, x);
-            }
-            if (x0 < x1) spans[size_t(r)].emplace_back(x0, x1);
-        }
-    }
-    double area = 0;
-    for (auto& row : spans) {
-        std::sort(row.begin(), row.end());
-        double end = -1e300;
-        for (const auto& [x0, x1] : row) {
-            if (x1 > end) area += (x1 - std::max(x0, end)) * dy;
-            end = std::max(end, x1);
-        }
-    }
-    return area;
-}
-
 }  // namespace pavel

@@ -36,8 +36,4 @@ struct RepairOptions {
 /// @throws InputError naming the loops of an open mesh, or the fault
 std::vector<std::string> makeSolid(TriangleMesh& mesh, const std::string& name, const RepairOptions& options = {});
 
-/// Sum over the triangles' projections to z = 0, overlaps counted once: the footprint's area, concave outlines too.
-/// Scan conversion at about 2000 rows: relative error below 1e-3.
-double footprintArea(const TriangleMesh& mesh);
-
 }  // namespace pavel

@@ -227,6 +227,7 @@ void renderPng(const std::string& path, const std::vector<MeshObject>& objects, 
     tbb::parallel_for(0, view.height, [&](int py) {
         for (int px = 0; px < view.width; ++px) {
             Vec3 sum(0, 0, 0);
+            double ao = 0, aoDepth = -1e30;  // shared by the samples of a pixel that see the same ground
             for (int s = 0; s < kSuper * kSuper; ++s) {
                 const int x = px * kSuper + s % kSuper, y = py * kSuper + s / kSuper;
                 const int64_t id = raster.item[size_t(y) * size_t(w) + size_t(x)];
@@ -251,7 +252,11 @@ void renderPng(const std::string& path, const std::vector<MeshObject>& objects, 
                 }
                 n = normalized(n);
                 const double depth = raster.depth[size_t(y) * size_t(w) + size_t(x)], perUnit = camera.focal / depth;
-                const double ao = occlusion(raster, x, y, perUnit, 0.03 * radius);
+                constexpr double kSameGround = 0.003;  // of the radius
+                if (std::abs(depth - aoDepth) > kSameGround * radius) {
+                    ao = occlusion(raster, x, y, perUnit, 0.03 * radius);
+                    aoDepth = depth;
+                }
                 // Percentage-closer shadow, moved off the surface by about a texel.
                 const Vec3 l = sun.project(p + (1.5 / sun.scale) * n);
                 double lit = 0;

@@ -158,6 +158,69 @@ std::vector<SurfacePoint> refined(const Surface& surface, RestrictedVoronoi& vor
     return seeds;
 }
 
+/// Moves single seeds from where cells are too small, in the mean over some eighty of them, to where they are too
+/// large: what a coarse tessellation could not get right by whole seeds, and what descent would take thousands of steps
+/// for. O(n + moves).
+std::vector<SurfacePoint> balanced(const Surface& surface, RestrictedVoronoi& voronoi, std::vector<SurfacePoint> seeds,
+                                   const std::vector<double>& density) {
+    constexpr int kPasses = 30;           // of averaging over neighbours
+    constexpr double kTolerance = 0.015;  // share of a seed too many or too few
+    const size_t n = seeds.size();
+    std::vector<std::vector<int>> around;
+    const std::vector<VoronoiCell> cells = voronoi.cells(seeds, &around);
+    std::vector<double> wanted(n);  // seeds that a cell would have, by its area and density
+    double sum = 0;
+    for (size_t i = 0; i < n; ++i)
+        sum += wanted[i] = cells[i].area * (density.empty() ? 1 : density[size_t(seeds[i].triangle)]);
+    for (double& w : wanted) w *= double(n) / sum;
+    // Averages over neighbours that keep the sum: both give the other the same share.
+    const auto averaged = [&](std::vector<std::pair<int, double>> values) {
+        std::vector<double> now(n, 0), next(n, 0);
+        std::vector<int> active;
+        std::vector<char> isActive(n, 0);
+        const auto activate = [&](int i) {
+            if (!isActive[size_t(i)]) isActive[size_t(i)] = 1, active.push_back(i);
+        };
+        for (const auto& [i, v] : values) now[size_t(i)] = v, activate(i);
+        for (int pass = 0; pass < kPasses; ++pass) {
+            const size_t known = active.size();
+            for (size_t k = 0; k < known; ++k)
+                for (int j : around[size_t(active[k])]) activate(j);
+            for (int i : active) {
+                next[size_t(i)] = now[size_t(i)];
+                for (int j : around[size_t(i)]) next[size_t(i)] += (now[size_t(j)] - now[size_t(i)]) / 10;
+            }
+            for (int i : active) now[size_t(i)] = next[size_t(i)];
+        }
+        return now;
+    };
+    std::vector<std::pair<int, double>> all;
+    for (size_t i = 0; i < n; ++i) all.emplace_back(int(i), wanted[i]);
+    std::vector<double> mean = averaged(all);
+    std::vector<char> used(n, 0);
+    for (size_t moves = 0; moves < n / 20; ++moves) {
+        int many = -1, few = -1;
+        for (size_t i = 0; i < n; ++i) {
+            if (used[i]) continue;
+            if (few < 0 || mean[i] > mean[size_t(few)]) few = int(i);
+            if (many < 0 || mean[i] < mean[size_t(many)]) many = int(i);
+        }
+        if (few < 0 || mean[size_t(few)] - mean[size_t(many)] < 2 * kTolerance) break;
+        used[size_t(few)] = used[size_t(many)] = 1;
+        // Into the gap beside the seed: towards the middle between two of its neighbours.
+        const auto& ring = around[size_t(few)];
+        Vec3 towards(1, 0, 0);
+        double farthest = 0;
+        for (int j : ring)
+            if (const Vec3 d = seeds[size_t(j)].position - seeds[size_t(few)].position; dot(d, d) > farthest)
+                farthest = dot(d, d), towards = d;
+        seeds[size_t(many)] = surface.walked(seeds[size_t(few)], 0.35 * towards);
+        const std::vector<double> taken = averaged({{few, 1.0}}), given = averaged({{many, 1.0}});
+        for (size_t i = 0; i < n; ++i) mean[i] += given[i] - taken[i];
+    }
+    return seeds;
+}
+
 /// Triangles for each seed that a tessellation needs to see the surface's shape.
 constexpr size_t kTrianglesPerSeed = 16;
 
@@ -222,6 +285,7 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
     constexpr int kOrderly = 20;       // iterations from which the start is orderly, too
     constexpr size_t kCoarsest = 300;  // seeds
     constexpr int kLloyd = 5;
+    constexpr size_t kBalanced = 6000;       // seeds up to which single ones make a difference
     constexpr double kLightTolerance = 0.5;  // where an iteration costs little
     Ground exact(surface, options.density);
     if (options.iterations < kOrderly || count < 2) {
@@ -252,6 +316,8 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
         else
             seeds = refined(ground->surface, ground->voronoi, mapped(seeds, *before, ground->surface), n,
                             ground->density, rng);
+        if (!first && n <= kBalanced)
+            seeds = balanced(ground->surface, ground->voronoi, std::move(seeds), ground->density);
         seeds = optimised(ground->surface, ground->voronoi, std::move(seeds), first ? kLloyd : 1, options.iterations,
                           ground == &exact ? options.tolerance : kLightTolerance * options.tolerance, {});
         light = ground == &exact ? nullptr : std::move(lighter);

@@ -7,6 +7,7 @@
 #include "pavel/core/error.h"
 #include "pavel/seeding/cvt.h"
 #include "pavel/seeding/dressing.h"
+#include "pavel/seeding/refine.h"
 
 namespace pavel {
 namespace {
@@ -190,7 +191,13 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
         }
         if (seeding.density && seeding.density->resize)
             for (double d : density) dressing.scale.push_back(1 / std::sqrt(d));
+        const size_t first = set.seeds.size();
         dress(points, dressing, set.seeds);
+        RefineOptions refinement;
+        refinement.iterations = scene.refineIterations;
+        refinement.turn = scene.orientation.rotation == "random";
+        refinement.seed = scene.seed + i;
+        refine(whole ? *whole : surface, surface, kinds, refinement, points, set.seeds.data() + first);
     }
     double footprints = 0;
     for (const Seed& s : set.seeds) footprints += kinds[size_t(s.kind)].footprint * s.scale * s.scale;

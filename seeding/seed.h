@@ -23,8 +23,8 @@ double samplingOffset(const std::vector<ElementKind>& kinds, const SeedingOption
 
 /// What a seeding needs besides the scene.
 struct SeedingInput {
-    std::vector<PlacementOptions> manual;             ///< placements, for the method "manual"
-    TriangleMesh offsetSurface{};                     ///< of the base, at samplingOffset; empty where that is 0
+    std::vector<PlacementOptions> manual;                 ///< placements, for the method "manual"
+    TriangleMesh offsetSurface{};                         ///< of the base, at samplingOffset; empty where that is 0
     std::shared_ptr<const SurfaceMap> mask{}, density{};  ///< where the region or the density names one
 };
 

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "pavel/core/error.h"
+#include "pavel/core/footprint.h"
 #include "pavel/core/mesh_check.h"
 #include "pavel/io/mesh_read.h"
 #include "pavel/io/scene_json.h"

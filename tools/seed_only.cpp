@@ -2,6 +2,8 @@
 
 #include <meshoptimizer.h>
 
+#include <algorithm>
+
 #include "pavel/core/error.h"
 #include "pavel/io/atomic_output.h"
 #include "pavel/io/preview.h"
@@ -14,10 +16,9 @@ namespace pavel {
 
 namespace {
 
-/// The same shape in few triangles, for a picture with hundreds of them.
-TriangleMesh light(const TriangleMesh& mesh) {
-    constexpr size_t kTriangles = 2000;
-    if (mesh.triangles.size() <= kTriangles) return mesh;
+/// The same shape in few triangles, for a picture with many of them.
+TriangleMesh light(const TriangleMesh& mesh, size_t triangles) {
+    if (mesh.triangles.size() <= triangles) return mesh;
     std::vector<unsigned> indices;
     for (const Triangle& t : mesh.triangles)
         for (int v : t) indices.push_back(unsigned(v));
@@ -25,7 +26,7 @@ TriangleMesh light(const TriangleMesh& mesh) {
     for (const Vec3& p : mesh.points) points.insert(points.end(), {float(p[0]), float(p[1]), float(p[2])});
     std::vector<unsigned> kept(indices.size());
     kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), points.data(), mesh.points.size(),
-                                 3 * sizeof(float), 3 * kTriangles, 0.01f));
+                                 3 * sizeof(float), 3 * triangles, 0.02f));
     TriangleMesh result;
     result.points = mesh.points;
     for (size_t i = 0; i + 2 < kept.size(); i += 3)
@@ -48,7 +49,9 @@ SeedSet seedOnly(const Scene& scene, const std::string& folder, bool force, RunC
     ground.color = kBaseColor;
     std::vector<MeshObject> objects{ground}, picture{ground};
     std::vector<TriangleMesh> shapes;
-    for (const ElementKind& k : kinds) shapes.push_back(light(k.mesh));
+    constexpr size_t kPictured = 300000, kLeast = 150, kMost = 2000;
+    const size_t triangles = std::clamp(kPictured / std::max<size_t>(1, set.seeds.size()), kLeast, kMost);
+    for (const ElementKind& k : kinds) shapes.push_back(light(k.mesh, triangles));
     for (const ElementKind& k : kinds) {
         objects.emplace_back();
         objects.back().name = k.name;

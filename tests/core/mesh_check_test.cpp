@@ -1,4 +1,5 @@
 #include "pavel/core/mesh_check.h"
+#include "pavel/core/footprint.h"
 
 #include "pavel/core/error.h"
 #include "support/meshes.h"

@@ -1,6 +1,7 @@
 #include "pavel/core/shapes.h"
 
 #include "pavel/core/error.h"
+#include "pavel/core/footprint.h"
 #include "pavel/core/mesh_check.h"
 #include "support/meshes.h"
 

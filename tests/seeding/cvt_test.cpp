@@ -116,6 +116,49 @@ TEST(Cvt, IsNearlyHexagonalOnASphere) {
     EXPECT_GT(nearest / mean, 0.65);
 }
 
+TEST(Cvt, BothWallsOfAThinCupAreDecoratedAlike) {
+    const TriangleMesh glass = makeShape("glass");
+    const Surface s(glass);
+    const auto seeds = centroidalSeeds(s, 1000, CvtOptions());
+    ASSERT_EQ(seeds.size(), 1000u);
+    const Bounds b = meshBounds(glass);
+    // Cells on the upright walls, away from rim and foot.
+    double area[2] = {0, 0};
+    int count[2] = {0, 0};
+    const auto cells = RestrictedVoronoi(s).cells(seeds);
+    for (size_t i = 0; i < seeds.size(); ++i) {
+        const Vec3 &p = seeds[i].position, n = s.faceNormal(seeds[i].triangle);
+        EXPECT_LT(s.closest(p).distance, 1e-9);
+        const double height = (p[2] - b.min[2]) / b.size()[2];
+        if (height < 0.3 || height > 0.85 || std::abs(n[2]) > 0.3) continue;
+        const bool inner = n[0] * p[0] + n[1] * p[1] < 0;
+        area[inner] += cells[i].area;
+        ++count[inner];
+    }
+    for (int wall : {0, 1}) {
+        EXPECT_GT(count[wall], 100);
+        EXPECT_NEAR(area[wall] / count[wall] / (s.area() / 1000), 1, 0.02);
+    }
+}
+
+TEST(Cvt, TenThousandSeedsLoseNone) {
+    const Surface s(test::sphere(10, {0, 0, 0}, 160));
+    CvtOptions options;
+    options.iterations = 20;
+    std::vector<std::vector<int>> around;
+    const auto cells = RestrictedVoronoi(s).cells(centroidalSeeds(s, 10000, options), &around);
+    EXPECT_NEAR(totalArea(cells) / s.area(), 1, 1e-9);
+    size_t six = 0, links = 0;
+    for (size_t i = 0; i < cells.size(); ++i) {
+        EXPECT_GT(cells[i].area, 0);
+        six += around[i].size() == 6;
+        links += around[i].size();
+    }
+    EXPECT_EQ(links, 2 * (3 * 10000u - 6));  // Euler: the dual is a triangulation of the sphere
+    EXPECT_GT(six, 9000u);
+    EXPECT_LT(hexagonMeasure(cells), 1.012);
+}
+
 TEST(Cvt, DoesNotDependOnThreads) {
     const Surface s(test::sphere(10, {0, 0, 0}, 48));
     CvtOptions options;

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "pavel/core/error.h"
+#include "pavel/core/footprint.h"
 #include "pavel/core/mesh_check.h"
 #include "pavel/core/shapes.h"
 #include "pavel/seeding/decorated_surface.h"

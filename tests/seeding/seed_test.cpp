@@ -1,6 +1,7 @@
 #include "pavel/seeding/seed.h"
 
 #include "pavel/core/error.h"
+#include "pavel/core/footprint.h"
 #include "pavel/core/mesh_check.h"
 #include "support/meshes.h"
 

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "pavel/core/error.h"
+#include "pavel/core/footprint.h"
 #include "pavel/core/mesh_check.h"
 #include "pavel/core/rng.h"
 #include "pavel/core/shapes.h"
