@@ -1,5 +1,6 @@
 #include "pavel/core/scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -30,17 +31,9 @@ void checkSeeding(const SeedingOptions& d, const std::set<std::string>& names, c
         need(d.iterations >= 0 && d.iterations <= 100000, at + ".iterations must be from 0 to 100000");
     } else {
         need(d.placements.empty() != d.file.empty(), at + ": method \"manual\" needs \"placements\" or \"file\"");
-        for (size_t i = 0; i < d.placements.size(); ++i) {
-            const PlacementOptions& p = d.placements[i];
-            const std::string where = at + ".placements[" + std::to_string(i) + "]";
-            need(isFinite(p.position), where + ".position must be finite");
-            need(positive(p.scale), where + ".scale must be above 0");
-            need(std::isfinite(p.rotation), where + ".rotation must be finite");
-            if (p.normal) need(isFinite(*p.normal) && length(*p.normal) > 0, where + ".normal must not be zero");
-            need(p.element.empty() || names.count(p.element),
-                 where + ".element: there is no element \"" + p.element + "\"" +
-                     didYouMean(p.element, std::vector<std::string>(names.begin(), names.end())));
-        }
+        for (size_t i = 0; i < d.placements.size(); ++i)
+            checkPlacement(d.placements[i], {names.begin(), names.end()},
+                           at + ".placements[" + std::to_string(i) + "]");
     }
     for (const std::string& name : d.elements)
         need(names.count(name), at + ".elements: there is no element \"" + name + "\"" +
@@ -73,6 +66,16 @@ void checkSeeding(const SeedingOptions& d, const std::set<std::string>& names, c
 }
 
 }  // namespace
+
+void checkPlacement(const PlacementOptions& p, const std::vector<std::string>& names, const std::string& where) {
+    need(isFinite(p.position), where + ".position must be finite");
+    need(positive(p.scale), where + ".scale must be above 0");
+    need(std::isfinite(p.rotation), where + ".rotation must be finite");
+    if (p.normal) need(isFinite(*p.normal) && length(*p.normal) > 0, where + ".normal must not be zero");
+    if (p.tangent) need(isFinite(*p.tangent) && length(*p.tangent) > 0, where + ".tangent must not be zero");
+    need(p.element.empty() || std::find(names.begin(), names.end(), p.element) != names.end(),
+         where + ".element: there is no element \"" + p.element + "\"" + didYouMean(p.element, names));
+}
 
 double metresPerUnit(const std::string& units) {
     const std::pair<const char*, double> known[] = {{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1}, {"in", 0.0254}};

@@ -127,6 +127,10 @@ struct Scene {
 /// Length of one scene unit in metres. Throws InputError for an unknown unit.
 double metresPerUnit(const std::string& units);
 
+/// @param names of the elements; @param where the placement, for the message
+/// @throws InputError where a placement cannot be used
+void checkPlacement(const PlacementOptions& placement, const std::vector<std::string>& names, const std::string& where);
+
 /// Checks values against each other and their ranges; what a single key's type says is checked on reading.
 /// @throws InputError naming the key and the mend
 void validate(const Scene& scene);

@@ -27,6 +27,9 @@ std::string slurp(const std::string& path) {
 json parseJson(const std::string& text, const std::string& name) {
     try {
         return json::parse(text, nullptr, true, true);
+    } catch (const json::out_of_range& e) {
+        const std::string what = e.what();
+        throw InputError(name + ": " + what.substr(what.find("] ") + 2));
     } catch (const json::parse_error& e) {
         const std::string what = e.what();
         const size_t line =

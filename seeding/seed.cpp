@@ -34,14 +34,15 @@ std::vector<int> kindsOf(const SeedingOptions& seeding, const std::vector<Elemen
 }
 
 void manualSeeds(const Surface& surface, const std::vector<ElementKind>& kinds, const SeedingOptions& seeding,
-                 const std::vector<PlacementOptions>& manual, SeedSet& set) {
+                 const std::vector<PlacementOptions>& manual, const DirectionField* field, SeedSet& set) {
     for (const PlacementOptions& p : manual) {
         Seed s;
         s.id = int(set.seeds.size()) + 1;
         const SurfacePoint q = surface.closest(p.position);
         s.position = seeding.snap ? q.position : p.position;
         s.normal = p.normal ? normalized(*p.normal) : q.normal;
-        s.tangent = p.tangent ? *p.tangent : upTangent(s.normal);
+        const Vec3 t = p.tangent ? *p.tangent : field ? field->at(q) : upTangent(s.normal);
+        s.tangent = normalized(t - dot(t, s.normal) * s.normal, upTangent(s.normal));
         s.rotation = p.rotation;
         s.scale = p.scale;
         for (size_t k = 0; k < kinds.size(); ++k)
@@ -150,15 +151,24 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
         if (cvt) subdivideLongEdges(part, kLongestEdge * std::max(spacing, 1e-3 * meshBounds(part).diagonal()));
         const Surface surface(std::move(part));
         set.decoratedArea += surface.area();
+        const bool alongField = scene.orientation.rotation == "field";
+        std::unique_ptr<DirectionField> field;
         if (!cvt) {
-            manualSeeds(surface, kinds, seeding, i < inputs.size() ? input.manual : seeding.placements, set);
+            if (alongField) field = std::make_unique<DirectionField>(surface, seeding.field, 1);
+            manualSeeds(surface, kinds, seeding, i < inputs.size() ? input.manual : seeding.placements, field.get(),
+                        set);
             continue;
         }
+        const double footprint = meanFootprint(kinds, seeding, scene.sizeVariation);
+        if (footprint > surface.area())
+            throw InputError("seeding: its elements (footprint " + std::to_string(footprint) +
+                             ") are larger than the region that they decorate (area " + std::to_string(surface.area()) +
+                             "); scale them");
         CvtOptions options;
         options.iterations = seeding.iterations;
         options.seed = scene.seed + i;
         const double share = 1 / double(scene.seedings.size());
-        const size_t count = seedCount(surface, meanFootprint(kinds, seeding, scene.sizeVariation), seeding);
+        const size_t count = seedCount(surface, footprint, seeding);
         const auto progress = [&](double done) { context.progress("seeding", (double(i) + done) * share); };
         const double offset = samplingOffset(kinds, seeding);
         std::vector<SurfacePoint> points;
@@ -184,8 +194,7 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
             points = sample(surface);
         }
         Dressing dressing{kinds, kindsOf(seeding, kinds), scene, i * kStreams, nullptr, {}};
-        std::unique_ptr<DirectionField> field;
-        if (scene.orientation.rotation == "field") {
+        if (alongField) {
             field = std::make_unique<DirectionField>(whole ? *whole : surface, seeding.field, 1);
             dressing.field = field.get();
         }

@@ -85,8 +85,17 @@ std::vector<ElementKind> loadKinds(const Scene& scene, RunContext& context) {
 
 std::vector<std::vector<PlacementOptions>> loadPlacements(const Scene& scene) {
     std::vector<std::vector<PlacementOptions>> all;
-    for (const SeedingOptions& s : scene.seedings)
-        all.push_back(s.file.empty() ? s.placements : readSeeds(resolved(scene, s.file), scene.units));
+    std::vector<std::string> names;
+    for (const ElementOptions& e : scene.elements) names.push_back(e.name);
+    for (const SeedingOptions& s : scene.seedings) {
+        all.push_back(s.placements);
+        if (s.file.empty()) continue;
+        const std::string path = resolved(scene, s.file);
+        all.back() = readSeeds(path, scene.units);
+        if (all.back().empty()) throw InputError(path + ": holds no seeds");
+        for (size_t i = 0; i < all.back().size(); ++i)
+            checkPlacement(all.back()[i], names, path + ": seeds[" + std::to_string(i) + "]");
+    }
     return all;
 }
 
