@@ -27,7 +27,7 @@ void checkSeeding(const SeedingOptions& d, const std::set<std::string>& names, c
         need(d.coverage || d.count, at + ": give \"coverage\" (1.2 to 1.6 suits most) or \"count\"");
         if (d.coverage)
             need(positive(*d.coverage) && *d.coverage <= 10, at + ".coverage must be above 0 and at most 10");
-        if (d.count) need(*d.count >= 1 && *d.count <= 10000000, at + ".count must be from 1 to 10000000");
+        if (d.count) need(*d.count >= 1 && *d.count <= 1000000, at + ".count must be from 1 to 1000000");
         need(d.iterations >= 0 && d.iterations <= 100000, at + ".iterations must be from 0 to 100000");
     } else {
         need(d.placements.empty() != d.file.empty(), at + ": method \"manual\" needs \"placements\" or \"file\"");

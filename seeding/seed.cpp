@@ -18,8 +18,7 @@ size_t seedCount(const Surface& surface, double footprint, const SeedingOptions&
     if (wanted < 0.5)
         throw InputError(
             "seeding.coverage: not even one element is needed to cover this area; use smaller elements or a \"count\"");
-    if (wanted > 1e7)
-        throw InputError("seeding.coverage: this would take more than 10000000 elements; use larger ones");
+    if (wanted > 1e6) throw InputError("seeding.coverage: this would take more than 1000000 elements; use larger ones");
     return size_t(std::llround(wanted));
 }
 
@@ -160,10 +159,13 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
             continue;
         }
         const double footprint = meanFootprint(kinds, seeding, scene.sizeVariation);
-        if (footprint > surface.area())
-            throw InputError("seeding: its elements (footprint " + std::to_string(footprint) +
-                             ") are larger than the region that they decorate (area " + std::to_string(surface.area()) +
-                             "); scale them");
+        if (footprint > surface.area()) {
+            const std::string what = "its elements (footprint " + std::to_string(footprint) +
+                                     ") are larger than the region that they decorate (area " +
+                                     std::to_string(surface.area()) + "); scale them";
+            if (!seeding.count) throw InputError("seeding: " + what);
+            context.warn(what);
+        }
         CvtOptions options;
         options.iterations = seeding.iterations;
         options.seed = scene.seed + i;

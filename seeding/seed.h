@@ -32,7 +32,7 @@ struct SeedingInput {
 /// it whose feet lie in the region, and mapped back; where a point has no unique foot, because the offset surface
 /// merges across a gap, no element is placed, and the context is warned.
 /// @param inputs one for each seeding; may be left out where none needs any
-/// @throws InputError where the coverage asks for no element or for more than ten million
+/// @throws InputError where the coverage asks for no element or for more than a million
 SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const Scene& scene,
                   const std::vector<SeedingInput>& inputs, RunContext& context);
 
