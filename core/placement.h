@@ -1,5 +1,7 @@
 #pragma once
 // Seeds and placed elements: what seeding hands to packing.
+#include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,13 +30,26 @@ struct Seed {
     double rotation = 0;    ///< degrees about the normal
     double scale = 1;
     int kind = 0;
+    struct Stripe {
+        std::array<int, 2> index{};            ///< which main stripe, and which place along it
+        std::array<int, 2> along{}, across{};  ///< ids of the previous and next seed; 0: there is none
+    };
+    std::optional<Stripe> stripe;  ///< where it was placed by stripes
 };
 
 struct SeedSet {
     std::vector<Seed> seeds;
     std::string method;
     double decoratedArea = 0;
-    double coverage = 0;  ///< sum of the placed footprints / decorated area
+    double coverage = 0;                               ///< sum of the placed footprints / decorated area
+    std::optional<std::pair<double, double>> spacing;  ///< of stripes, along and across, as used
+    struct Line {
+        std::vector<Vec3> points;
+        bool closed = false, main = true;
+    };
+    std::vector<Line> stripes;
+    size_t singularities = 0;  ///< of the stripes' field
+    size_t branches = 0;       ///< places where stripes begin or end, each with its number of stripes
 };
 
 struct PlacedElement {

@@ -22,9 +22,22 @@ void checkMaterial(double a, double b, const std::string& where) {
 }
 
 void checkSeeding(const SeedingOptions& d, const std::set<std::string>& names, const std::string& at) {
-    if (d.method == "cvt") {
+    if (d.method != "manual") {
+        const bool stripes = d.method == "stripes";
+        if (stripes) {
+            need(!(d.spacing && (d.coverage || d.count)), at + ": give spacing, coverage or count, only one of them");
+            if (d.spacing)
+                need(positive(d.spacing->first) && positive(d.spacing->second),
+                     at + ".spacing must be two lengths above 0: along the stripes and across");
+            need(d.angle >= 15 && d.angle <= 165, at + ".angle must be from 15 to 165 degrees");
+            need(d.offset == 0 && !d.autoOffset, at + ".offset: stripes lie on the surface; leave it out");
+            need(!d.density, at + ".density: stripes are evenly spaced; leave it out");
+        } else {
+            need(!d.spacing, at + ".spacing is for the method \"stripes\"");
+        }
         need(!(d.coverage && d.count), at + ": give coverage or count, not both");
-        need(d.coverage || d.count, at + ": give \"coverage\" (1.2 to 1.6 suits most) or \"count\"");
+        need(d.coverage || d.count || d.spacing,
+             at + ": give \"coverage\" (1.2 to 1.6 suits most) or \"count\"" + (stripes ? " or \"spacing\"" : ""));
         if (d.coverage)
             need(positive(*d.coverage) && *d.coverage <= 10, at + ".coverage must be above 0 and at most 10");
         if (d.count) need(*d.count >= 1 && *d.count <= 1000000, at + ".count must be from 1 to 1000000");

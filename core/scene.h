@@ -74,7 +74,7 @@ struct DensityOptions {
 };
 
 struct SeedingOptions {
-    std::string method = "cvt";  ///< cvt | manual
+    std::string method = "cvt";  ///< cvt | stripes | manual
     std::optional<double> coverage;
     std::optional<size_t> count;
     int iterations = 100;
@@ -82,8 +82,10 @@ struct SeedingOptions {
     bool autoOffset = false;  ///< "auto": the height of the elements' widest section
     RegionOptions region;
     std::optional<DensityOptions> density;
-    FieldOptions field;                 ///< what "rotation": "field" follows
-    std::vector<std::string> elements;  ///< names of the kinds it places; empty: all
+    FieldOptions field;                                ///< what "rotation": "field" and stripes follow
+    std::optional<std::pair<double, double>> spacing;  ///< of stripes: along and across
+    double angle = 90;                                 ///< between the two patterns of stripes, degrees
+    std::vector<std::string> elements;                 ///< names of the kinds it places; empty: all
     bool snap = true;
     std::vector<PlacementOptions> placements;
     std::string file;

@@ -215,7 +215,7 @@ DensityOptions readDensity(const json& j, const std::string& where) {
 SeedingOptions readSeeding(const json& j, const std::string& where) {
     JsonReader r(j, where);
     SeedingOptions s;
-    r.choice("method", s.method, {"cvt", "manual"}, {"stripes"});
+    r.choice("method", s.method, {"cvt", "stripes", "manual"});
     r.get("coverage", s.coverage);
     r.get("count", s.count);
     r.get("iterations", s.iterations);
@@ -237,8 +237,8 @@ SeedingOptions readSeeding(const json& j, const std::string& where) {
     }
     if (const json* density = r.find("density")) s.density = readDensity(*density, where + ".density");
     if (const json* field = r.find("field")) s.field = readField(*field, where + ".field");
-    for (const char* key : {"spacing", "angle"})
-        if (r.find(key)) throw InputError(where + "." + key + ": is not available yet");
+    if (const json* spacing = r.find("spacing")) s.spacing = readPair<double>(*spacing, where + ".spacing");
+    r.get("angle", s.angle);
     r.finish();
     return s;
 }
@@ -324,11 +324,13 @@ ordered regionJson(const RegionOptions& r, const Scene& scene, const std::string
 
 ordered seedingJson(const SeedingOptions& d, const Scene& scene, const std::string& folder) {
     ordered seeding{{"method", d.method}};
-    if (d.method == "cvt") {
-        if (d.coverage)
-            seeding["coverage"] = *d.coverage;
-        else
-            seeding["count"] = *d.count;
+    if (d.coverage) seeding["coverage"] = *d.coverage;
+    if (d.count) seeding["count"] = *d.count;
+    if (d.method == "stripes") {
+        if (d.spacing) seeding["spacing"] = {d.spacing->first, d.spacing->second};
+        seeding["angle"] = d.angle;
+        seeding["field"] = fieldJson(d.field);
+    } else if (d.method == "cvt") {
         seeding["iterations"] = d.iterations;
         seeding["offset"] = d.autoOffset ? ordered("auto") : ordered(d.offset);
         if (d.density)
@@ -497,8 +499,18 @@ std::string sceneDigest(const Scene& scene) {
 std::string seedsJson(const SeedSet& set, const std::vector<ElementKind>& kinds, const std::string& units) {
     ordered root{
         {"units", units}, {"method", set.method}, {"decorated_area", set.decoratedArea}, {"coverage", set.coverage}};
+    if (set.spacing) {
+        root["spacing"] = {set.spacing->first, set.spacing->second};
+        root["singularities"] = set.singularities;
+        root["branches"] = set.branches;
+    }
     root["seeds"] = ordered::array();
-    for (const Seed& s : set.seeds)
+    const auto ids = [](const std::array<int, 2>& pair) {
+        ordered j = ordered::array();
+        for (int id : pair) j.push_back(id > 0 ? ordered(id) : ordered(nullptr));
+        return j;
+    };
+    for (const Seed& s : set.seeds) {
         root["seeds"].push_back({{"id", s.id},
                                  {"position", vectorJson(s.position)},
                                  {"normal", vectorJson(s.normal)},
@@ -506,6 +518,10 @@ std::string seedsJson(const SeedSet& set, const std::vector<ElementKind>& kinds,
                                  {"rotation", s.rotation},
                                  {"scale", s.scale},
                                  {"element", kinds[size_t(s.kind)].name}});
+        if (!s.stripe) continue;
+        root["seeds"].back()["stripe"] = s.stripe->index;
+        root["seeds"].back()["links"] = {{"along", ids(s.stripe->along)}, {"across", ids(s.stripe->across)}};
+    }
     return root.dump(1) + "\n";
 }
 
@@ -517,7 +533,8 @@ std::vector<PlacementOptions> readSeeds(const std::string& path, const std::stri
         std::string own = units;
         r.get("units", own);
         const double factor = metresPerUnit(own) / metresPerUnit(units);
-        for (const char* key : {"method", "spacing", "decorated_area", "coverage"}) r.find(key);
+        for (const char* key : {"method", "spacing", "singularities", "branches", "decorated_area", "coverage"})
+            r.find(key);
         const json* seeds = r.find("seeds");
         if (!seeds || !seeds->is_array()) throw InputError("seeds: a list is missing");
         for (size_t i = 0; i < seeds->size(); ++i) {

@@ -1,11 +1,14 @@
 #include "pavel/io/seed_files.h"
 
+#include <sstream>
+
 #include <openvdb/points/PointConversion.h>
 
 #include <cmath>
 #include <fstream>
 
 #include "pavel/core/error.h"
+#include "pavel/io/atomic_output.h"
 #include "pavel/io/vdb_grids.h"
 
 namespace pavel {
@@ -83,6 +86,25 @@ void writeSeedsVdb(const std::string& path, const SeedSet& set, const VdbOptions
     grid->setName("seeds");
     grid->setCreator("Pavel " + std::string(version()));
     writeGrids(path, {grid}, options);
+}
+
+void writeStripesObj(const std::string& path, const SeedSet& set) {
+    std::ostringstream text;
+    text.precision(9);
+    size_t first = 1;
+    for (bool main : {true, false}) {
+        text << "o " << (main ? "main" : "across") << "\n";
+        for (const SeedSet::Line& line : set.stripes) {
+            if (line.main != main || line.points.size() < 2) continue;
+            for (const Vec3& p : line.points) text << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
+            text << 'l';
+            for (size_t i = 0; i < line.points.size(); ++i) text << ' ' << first + i;
+            if (line.closed) text << ' ' << first;
+            text << '\n';
+            first += line.points.size();
+        }
+    }
+    writeText(path, text.str());
 }
 
 }  // namespace pavel

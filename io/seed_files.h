@@ -15,4 +15,7 @@ void writeSeedsPly(const std::string& path, const SeedSet& set);
 /// direction), pscale, kind; one grid, `seeds`.
 void writeSeedsVdb(const std::string& path, const SeedSet& set, const VdbOptions& options);
 
+/// The stripes as polylines of an OBJ, objects "main" and "across"; a closed one ends where it began.
+void writeStripesObj(const std::string& path, const SeedSet& set);
+
 }  // namespace pavel

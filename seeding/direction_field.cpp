@@ -56,7 +56,8 @@ class Factored {
     Vector solve(const Vector& b) const { return solver_.solve(b); }
 
   private:
-    Eigen::SimplicialLDLT<Matrix> solver_;
+    // The vertices are numbered in a good order already.
+    Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> solver_;
 };
 
 Vector smoothest(const Matrix& a, const Eigen::VectorXd& mass) {

@@ -72,7 +72,16 @@ void dress(const std::vector<SurfacePoint>& points, const Dressing& d, std::vect
     Rng kindRng(scene.seed, d.stream + kKindStream), rotationRng(scene.seed, d.stream + kRotationStream),
         sizeRng(scene.seed, d.stream + kSizeStream);
     std::vector<int> kinds(n), turns;
-    if (scene.assignment == "alternate") {
+    const auto inTurn = [&](int place) {
+        const int count = int(d.of.size());
+        return d.of[size_t(((place % count) + count) % count)];
+    };
+    if (d.stripes && scene.assignment != "random") {
+        for (size_t i = 0; i < n; ++i) {
+            const auto& index = (*d.stripes)[i].index;
+            kinds[i] = inTurn(scene.assignment == "sequence" ? index[1] : index[0] + index[1]);
+        }
+    } else if (scene.assignment == "alternate") {
         std::vector<double> weights;
         for (int k : d.of) weights.push_back(d.kinds[size_t(k)].weight);
         const std::vector<int> classes = alternating(points, weights);
@@ -86,7 +95,7 @@ void dress(const std::vector<SurfacePoint>& points, const Dressing& d, std::vect
     for (size_t i = 0; i < n; ++i) sizes[i] = 2 * (double(i) + sizeRng.uniform()) / double(n) - 1;
     shuffle(sizes, sizeRng);
     const OrientationOptions& o = scene.orientation;
-    if (o.rotation == "alternate") turns = alternating(points, {1, 1});
+    if (o.rotation == "alternate" && !d.stripes) turns = alternating(points, {1, 1});
     for (size_t i = 0; i < n; ++i) {
         Seed s;
         s.id = int(seeds.size()) + 1;
@@ -97,10 +106,22 @@ void dress(const std::vector<SurfacePoint>& points, const Dressing& d, std::vect
             const Vec3 t = d.field->at(points[i]);
             s.tangent = normalized(t - dot(t, s.normal) * s.normal, s.tangent);
         }
+        if (d.stripes) {
+            const StripeSeed& stripe = (*d.stripes)[i];
+            s.tangent = stripe.along;
+            s.stripe.emplace();
+            s.stripe->index = stripe.index;
+            const int first = s.id - int(i);
+            for (size_t end : {size_t(0), size_t(1)}) {
+                if (stripe.onMain[end] >= 0) s.stripe->along[end] = first + stripe.onMain[end];
+                if (stripe.onOther[end] >= 0) s.stripe->across[end] = first + stripe.onOther[end];
+            }
+        }
         s.kind = kinds[i];
         const double u = rotationRng.uniform();
         s.rotation = o.rotation == "random" ? 360 * u : o.angle + o.jitter * (2 * u - 1);
         if (!turns.empty() && turns[i]) s.rotation += 180;
+        if (d.stripes && o.rotation == "alternate" && (*d.stripes)[i].index[1] % 2) s.rotation += 180;
         s.scale = (d.scale.empty() ? 1 : d.scale[i]) * (1 + scene.sizeVariation * sizes[i]);
         seeds.push_back(s);
     }

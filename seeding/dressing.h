@@ -2,7 +2,7 @@
 // What stands on a seed: which kind, how turned, how large.
 #include "pavel/core/placement.h"
 #include "pavel/core/scene.h"
-#include "pavel/seeding/direction_field.h"
+#include "pavel/seeding/stripes.h"
 
 namespace pavel {
 
@@ -13,15 +13,17 @@ struct Dressing {
     const std::vector<ElementKind>& kinds;
     std::vector<int> of;  ///< the kinds that are placed
     const Scene& scene;
-    uint64_t stream = 0;                    ///< first of its random streams: see kStreams
-    const DirectionField* field = nullptr;  ///< for the rotation "field"
-    std::vector<double> scale;              ///< by point, before the variation of size; empty: 1
+    uint64_t stream = 0;                               ///< first of its random streams: see kStreams
+    const DirectionField* field = nullptr;             ///< for the rotation "field"
+    std::vector<double> scale;                         ///< by point, before the variation of size; empty: 1
+    const std::vector<StripeSeed>* stripes = nullptr;  ///< the points' own, where they come from stripes
 };
 /// Random streams that one dressing may use.
 constexpr uint64_t kStreams = 16;
 
-/// Appends a seed for every point. Random kinds come in numbers by weight, and random sizes evenly over their range, so
-/// that the coverage is what was asked for.
+/// Appends a seed for every point. On stripes, "alternate" turns follow the main stripe, alternate kinds both ways, and
+/// a sequence runs along the main stripe; elsewhere alternation is by the neighbours. Random kinds come in numbers by
+/// weight, and random sizes evenly over their range, so that the coverage is what was asked for.
 void dress(const std::vector<SurfacePoint>& points, const Dressing& dressing, std::vector<Seed>& seeds);
 
 }  // namespace pavel

@@ -3,11 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "pavel/core/error.h"
 #include "pavel/seeding/cvt.h"
 #include "pavel/seeding/dressing.h"
 #include "pavel/seeding/refine.h"
+#include "pavel/seeding/stripes.h"
 
 namespace pavel {
 namespace {
@@ -127,9 +129,53 @@ double meanFootprint(const std::vector<ElementKind>& kinds, const SeedingOptions
 
 double meanSpacing(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const SeedingOptions& seeding,
                    double sizeVariation) {
+    if (seeding.spacing) return std::sqrt(seeding.spacing->first * seeding.spacing->second);
     if (seeding.coverage) return std::sqrt(meanFootprint(kinds, seeding, sizeVariation) / *seeding.coverage);
     return std::sqrt(meshArea(base) / double(std::max<size_t>(1, seeding.count.value_or(1))));
 }
+
+namespace {
+
+/// Mean length and width of a seeding's elements.
+std::pair<double, double> meanExtent(const std::vector<ElementKind>& kinds, const SeedingOptions& seeding) {
+    Vec3 sum(0, 0, 0);
+    double weights = 0;
+    for (int k : kindsOf(seeding, kinds)) {
+        sum += kinds[size_t(k)].weight * meshBounds(kinds[size_t(k)].mesh).size();
+        weights += kinds[size_t(k)].weight;
+    }
+    return {sum[0] / weights, sum[1] / weights};
+}
+
+/// Which way along a line is forward: along or around the axis that a field follows, else upwards.
+std::function<Vec3(const Vec3&)> preferredDirection(const FieldOptions& field, const TriangleMesh& mesh) {
+    const Bounds b = meshBounds(mesh);
+    const Vec3 axis = normalized(field.axis), centre = 0.5 * (b.min + b.max);
+    if (field.type == "around") return [=](const Vec3& p) { return normalized(cross(axis, p - centre)); };
+    const Vec3 up = field.type == "axis" ? axis : Vec3(0, 0, 1);
+    return [=](const Vec3&) { return up; };
+}
+
+/// The spacings that a seeding asks for, for what is known of it: by its coverage or count, in the elements'
+/// proportions.
+StripeOptions stripeOptions(const std::vector<ElementKind>& kinds, const SeedingOptions& seeding, double area,
+                            double sizeVariation) {
+    StripeOptions o;
+    o.angle = seeding.angle;
+    if (seeding.spacing) {
+        std::tie(o.along, o.across) = *seeding.spacing;
+        return o;
+    }
+    const double footprint = meanFootprint(kinds, seeding, sizeVariation);
+    const auto [length, width] = meanExtent(kinds, seeding);
+    o.count = seeding.count.value_or(size_t(std::llround(seeding.coverage.value_or(0) * area / footprint)));
+    const double cell = area / double(std::max<size_t>(1, o.count));
+    o.along = std::sqrt(cell * length / width);
+    o.across = cell / o.along;
+    return o;
+}
+
+}  // namespace
 
 SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const Scene& scene,
                   const std::vector<SeedingInput>& inputs, RunContext& context) {
@@ -140,19 +186,25 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
         const SeedingOptions& seeding = scene.seedings[i];
         static const SeedingInput none;
         const SeedingInput& input = i < inputs.size() ? inputs[i] : none;
-        const bool cvt = seeding.method == "cvt";
+        const bool cvt = seeding.method == "cvt", stripes = seeding.method == "stripes",
+                   manual = seeding.method == "manual";
         double spacing = meanSpacing(base, kinds, seeding, scene.sizeVariation);
         TriangleMesh part = decoratedSurface(base, seeding, spacing, input.mask.get());
-        if (cvt && seeding.count) {  // the region's area, now known, sets the spacing, and how fine its border is
+        if (!manual && seeding.count) {  // the region's area, now known, sets the spacing, and how fine its border is
             spacing = meanSpacing(part, kinds, seeding, scene.sizeVariation);
             if (seeding.region.cuts()) part = decoratedSurface(base, seeding, spacing, input.mask.get());
         }
         if (cvt) subdivideLongEdges(part, kLongestEdge * std::max(spacing, 1e-3 * meshBounds(part).diagonal()));
+        StripeOptions striped;
+        if (stripes) {
+            striped = stripeOptions(kinds, seeding, meshArea(part), scene.sizeVariation);
+            subdivideLongEdges(part, std::max(stripeEdge(striped), 1e-3 * meshBounds(part).diagonal()));
+        }
         const Surface surface(std::move(part));
         set.decoratedArea += surface.area();
         const bool alongField = scene.orientation.rotation == "field";
         std::unique_ptr<DirectionField> field;
-        if (!cvt) {
+        if (manual) {
             if (alongField) field = std::make_unique<DirectionField>(surface, seeding.field, 1);
             manualSeeds(surface, kinds, seeding, i < inputs.size() ? input.manual : seeding.placements, field.get(),
                         set);
@@ -170,7 +222,7 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
         options.iterations = seeding.iterations;
         options.seed = scene.seed + i;
         const double share = 1 / double(scene.seedings.size());
-        const size_t count = seedCount(surface, footprint, seeding);
+        const size_t count = cvt ? seedCount(surface, footprint, seeding) : 0;
         const auto progress = [&](double done) { context.progress("seeding", (double(i) + done) * share); };
         const double offset = samplingOffset(kinds, seeding);
         std::vector<SurfacePoint> points;
@@ -192,11 +244,29 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
             if (points.size() < sampled.size())
                 context.warn(std::to_string(sampled.size() - points.size()) +
                              " elements are not placed: the offset surface merges across a gap there");
-        } else {
+        } else if (cvt) {
             points = sample(surface);
         }
-        Dressing dressing{kinds, kindsOf(seeding, kinds), scene, i * kStreams, nullptr, {}};
-        if (alongField) {
+        Dressing dressing{kinds, kindsOf(seeding, kinds), scene, i * kStreams, nullptr, {}, nullptr};
+        StripeSeeds crossings;
+        if (stripes) {
+            field = std::make_unique<DirectionField>(surface, seeding.field, 2);
+            progress(0.4);
+            crossings = stripeSeeds(surface, *field, striped, preferredDirection(seeding.field, surface.mesh()));
+            if (crossings.seeds.empty())
+                throw InputError("seeding: no stripes cross here; the spacing is too large for the surface");
+            for (const StripeSeed& s : crossings.seeds) points.push_back(s.point);
+            dressing.stripes = &crossings.seeds;
+            set.spacing = {crossings.along, crossings.across};
+            for (int pattern : {0, 1})
+                for (const StripeLine& l : crossings.lines.lines[pattern])
+                    set.stripes.push_back({l.points, l.closed, pattern == 0});
+            set.singularities += crossings.singularities;
+            set.branches += crossings.branches;
+            if (crossings.dropped)
+                context.warn(std::to_string(crossings.dropped) +
+                             " crossings are left out: nearer to another than half the spacing");
+        } else if (alongField) {
             field = std::make_unique<DirectionField>(whole ? *whole : surface, seeding.field, 1);
             dressing.field = field.get();
         }

@@ -111,13 +111,17 @@ SurfacePoint Surface::walked(const SurfacePoint& from, const Vec3& step) const {
         for (entered = 0; entered < 2 && neighbours_[size_t(next)][size_t(entered)] != at.triangle;) ++entered;
         at.triangle = next;
     }
-    const size_t t = size_t(at.triangle);
+    return pointOn(at.triangle, at.position);
+}
+
+SurfacePoint Surface::pointOn(int triangle, const Vec3& position) const {
+    const size_t t = size_t(triangle);
+    SurfacePoint p;
     Vec3 weights;
-    at.position =
-        closestPointOnTriangle(at.position, mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2), &weights);
-    at.normal = normalAt(at.triangle, weights);
-    at.distance = 0;
-    return at;
+    p.triangle = triangle;
+    p.position = closestPointOnTriangle(position, mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2), &weights);
+    p.normal = normalAt(triangle, weights);
+    return p;
 }
 
 std::vector<SurfacePoint> Surface::sample(size_t count, Rng& rng, const std::vector<double>& density) const {

@@ -30,6 +30,8 @@ class Surface {
     /// Closest point of the surface; where `facing` is given, among triangles whose normal has a positive component
     /// along it (so that the other side of a thin wall is not taken), unless there is none. O(log triangles).
     SurfacePoint closest(const Vec3& p, const Vec3* facing = nullptr) const;
+    /// A point of a triangle, with its interpolated normal.
+    SurfacePoint pointOn(int triangle, const Vec3& position) const;
     /// The point reached by walking straight ahead, over edges as if both triangles were unfolded (K. Polthier and M.
     /// Schmies, Straightest geodesics on polyhedral surfaces, 1998), and along boundaries. O(triangles crossed).
     /// @param step its part along the surface counts

@@ -1,5 +1,7 @@
 #include "pavel/seeding/tangent_frames.h"
 
+#include <metis.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -80,7 +82,77 @@ TangentFrames::TangentFrames(const TriangleMesh& mesh) : mesh_(mesh), neighbours
             const Vec3 side = mesh.corner(c0 / 3, after(int(c0 % 3))) - mesh.points[size_t(v)];
             x_.push_back(normalized(side - dot(side, normal) * normal, anyPerpendicular(normal)));
             y_.push_back(cross(normal, x_.back()));
+            firstSpoke_.push_back(int(spokes_.size()));
+            double seen = 0;
+            const auto addSpoke = [&](double angle, const Vec3& to) {
+                const Vec3 d = to - mesh.points[size_t(v)];
+                const double now = std::atan2(dot(d, y_.back()), dot(d, x_.back()));
+                seen += std::max(0.0, std::remainder(now - seen, 2 * kPi));
+                spokes_.push_back({angle, seen});
+            };
+            for (size_t corner : fan) addSpoke(angle_[corner], mesh.corner(corner / 3, after(int(corner % 3))));
+            if (!closed)
+                addSpoke(angle_[fan.back()] + opening_[fan.back()],
+                         mesh.corner(fan.back() / 3, before(int(fan.back() % 3))));
+            // Where the surface is folded sharply the plane shows no order: angles are then taken as they are.
+            const bool folded = seen >= 2 * kPi || spokes_.back().angle >= 2 * kPi;
+            if (folded) spokes_.resize(size_t(firstSpoke_.back()) + 1);
+            spokes_.push_back({2 * kPi, 2 * kPi});
+            endSpoke_.push_back(int(spokes_.size()));
         }
+    renumber();
+}
+
+void TangentFrames::renumber() {
+    const size_t n = mesh_.points.size();
+    std::vector<std::vector<int>> around(n);
+    for (const Triangle& t : mesh_.triangles)
+        for (size_t k = 0; k < 3; ++k) {
+            around[size_t(t[k])].push_back(t[(k + 1) % 3]);
+            around[size_t(t[(k + 1) % 3])].push_back(t[k]);
+        }
+    std::vector<idx_t> first(1, 0), neighbours, order(n), rank(n);
+    for (auto& a : around) {
+        std::sort(a.begin(), a.end());
+        a.erase(std::unique(a.begin(), a.end()), a.end());
+        neighbours.insert(neighbours.end(), a.begin(), a.end());
+        first.push_back(idx_t(neighbours.size()));
+    }
+    idx_t count = idx_t(n);
+    if (n < 3 ||
+        METIS_NodeND(&count, first.data(), neighbours.data(), nullptr, nullptr, order.data(), rank.data()) != METIS_OK)
+        return;
+    const auto reorder = [&](auto& values) {
+        auto old = values;
+        for (size_t v = 0; v < n; ++v) values[size_t(rank[v])] = old[v];
+    };
+    reorder(mesh_.points);
+    reorder(normal_);
+    reorder(x_);
+    reorder(y_);
+    reorder(firstSpoke_);
+    reorder(endSpoke_);
+    for (Triangle& t : mesh_.triangles)
+        for (int& v : t) v = int(rank[size_t(v)]);
+}
+
+Vec3 TangentFrames::direction(int v, double angle) const {
+    double a = std::fmod(angle, 2 * kPi);
+    if (a < 0) a += 2 * kPi;
+    int k = firstSpoke_[size_t(v)];
+    while (k + 2 < endSpoke_[size_t(v)] && spokes_[size_t(k) + 1].angle <= a) ++k;
+    const Spoke &p = spokes_[size_t(k)], &q = spokes_[size_t(k) + 1];
+    const double seen = q.angle > p.angle ? p.seen + (a - p.angle) / (q.angle - p.angle) * (q.seen - p.seen) : p.seen;
+    return std::cos(seen) * x_[size_t(v)] + std::sin(seen) * y_[size_t(v)];
+}
+
+double TangentFrames::angle(int v, const Vec3& direction) const {
+    double seen = std::atan2(dot(direction, y_[size_t(v)]), dot(direction, x_[size_t(v)]));
+    if (seen < 0) seen += 2 * kPi;
+    int k = firstSpoke_[size_t(v)];
+    while (k + 2 < endSpoke_[size_t(v)] && spokes_[size_t(k) + 1].seen <= seen) ++k;
+    const Spoke &p = spokes_[size_t(k)], &q = spokes_[size_t(k) + 1];
+    return q.seen > p.seen ? p.angle + (seen - p.seen) / (q.seen - p.seen) * (q.angle - p.angle) : p.angle;
 }
 
 double TangentFrames::weight(size_t t, int k) const {

@@ -10,7 +10,8 @@
 namespace pavel {
 
 /// Built on a copy of the mesh whose vertices are split where their triangles form more than one fan, so that every
-/// vertex has one tangent plane. Triangles keep their order and corners.
+/// vertex has one tangent plane, and numbered so that sparse equations over them fill in little (nested dissection, G.
+/// Karypis and V. Kumar, METIS). Triangles keep their order and corners.
 class TangentFrames {
   public:
     explicit TangentFrames(const TriangleMesh& mesh);
@@ -32,18 +33,21 @@ class TangentFrames {
     double weight(size_t t, int k) const;
     /// Third of the area of the triangles around each vertex.
     std::vector<double> vertexAreas() const;
-    Vec3 direction(int v, double angle) const {
-        return std::cos(angle) * x_[size_t(v)] + std::sin(angle) * y_[size_t(v)];
-    }
-    double angle(int v, const Vec3& direction) const {
-        return std::atan2(dot(direction, y_[size_t(v)]), dot(direction, x_[size_t(v)]));
-    }
+    /// The tangent at a polar angle. Sides of triangles keep their angles, though the tangent plane foreshortens them.
+    Vec3 direction(int v, double angle) const;
+    double angle(int v, const Vec3& direction) const;
 
   private:
     TriangleMesh mesh_;
     std::vector<std::array<int, 3>> neighbours_;
     std::vector<Vec3> normal_, x_, y_;
     std::vector<double> angle_, opening_;  // by corner: angle of its first side, and to its second one
+    struct Spoke {
+        double angle, seen;  // polar angle, and that in the tangent plane
+    };
+    std::vector<Spoke> spokes_;  // of each vertex in ascending order, from 0 to a whole turn
+    std::vector<int> firstSpoke_, endSpoke_;
+    void renumber();
 };
 
 }  // namespace pavel

@@ -31,10 +31,11 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
         const SeedingOptions& d = scene.seedings[i];
         const double v = scene.sizeVariation;
         n += d.count ? double(*d.count) : double(manual[i].size());
-        if (d.coverage)
-            n += *d.coverage *
-                 meshArea(decoratedSurface(base, d, meanSpacing(base, kinds, d, v), loadMask(scene, d).get())) /
-                 meanFootprint(kinds, d, v);
+        if (!d.coverage && !d.spacing) continue;
+        const double decorated =
+            meshArea(decoratedSurface(base, d, meanSpacing(base, kinds, d, v), loadMask(scene, d).get()));
+        n += d.coverage ? *d.coverage * decorated / meanFootprint(kinds, d, v)
+                        : decorated / (d.spacing->first * d.spacing->second);
     }
     const double voxels = n * volume / weights / (h * h * h);
     const double surface = n * area / weights / (h * h), baseSurface = meshArea(base) / (h * h);

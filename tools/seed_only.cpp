@@ -35,6 +35,30 @@ TriangleMesh light(const TriangleMesh& mesh, size_t triangles) {
     return result;
 }
 
+/// A stripe as a thin tube, three-sided.
+void appendTube(const SeedSet::Line& line, double radius, TriangleMesh& mesh) {
+    const size_t n = line.points.size();
+    if (n < 2) return;
+    const int first = int(mesh.points.size());
+    for (size_t i = 0; i < n; ++i) {
+        const bool inner = line.closed || (i > 0 && i + 1 < n);
+        const Vec3 d = normalized(inner ? line.points[(i + 1) % n] - line.points[(i + n - 1) % n]
+                                  : i   ? line.points[i] - line.points[i - 1]
+                                        : line.points[1] - line.points[0]);
+        const Vec3 x = anyPerpendicular(d), y = cross(d, x);
+        for (int k = 0; k < 3; ++k) {
+            const double a = 2 * kPi * k / 3;
+            mesh.points.push_back(line.points[i] + radius * (std::cos(a) * x + std::sin(a) * y));
+        }
+    }
+    for (size_t i = 0; i + (line.closed ? 0 : 1) < n; ++i)
+        for (int k = 0; k < 3; ++k) {
+            const int a = first + 3 * int(i), b = first + 3 * int((i + 1) % n), l = (k + 1) % 3;
+            mesh.triangles.push_back({a + k, a + l, b + l});
+            mesh.triangles.push_back({a + k, b + l, b + k});
+        }
+}
+
 }  // namespace
 
 SeedSet seedOnly(const Scene& scene, const std::string& folder, bool force, RunContext& context) {
@@ -66,6 +90,17 @@ SeedSet seedOnly(const Scene& scene, const std::string& folder, bool force, RunC
         for (Vec3& v : o.mesh.points) v = p.worldFromElement.apply(v);
         o.color = elementColor(kind, p.id);
         picture.push_back(std::move(o));
+    }
+    if (set.spacing) {
+        const Vec3 colors[2] = {{0.25, 0.32, 0.45}, {0.62, 0.66, 0.72}};  // main, across
+        const double radius = 0.03 * std::min(set.spacing->first, set.spacing->second);
+        for (bool main : {true, false}) {
+            picture.emplace_back();
+            picture.back().color = colors[main ? 0 : 1];
+            for (const SeedSet::Line& line : set.stripes)
+                if (line.main == main) appendTube(line, radius, picture.back().mesh);
+        }
+        writeStripesObj(out.place("stripes.obj"), set);
     }
     // A kind that is placed nowhere has no place in the file either.
     for (size_t k = objects.size(); k-- > 1;)

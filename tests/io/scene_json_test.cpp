@@ -106,8 +106,7 @@ TEST(SceneJson, ErrorsNameTheKeyAndTheMend) {
 }
 
 TEST(SceneJson, WhatIsNotThereYetIsRefused) {
-    for (const char* set :
-         {"seeding.method=stripes", "output.mesh=[\"3mf\"]", "output.remesh={\"vertices\":10}", "shell={}"}) {
+    for (const char* set : {"output.mesh=[\"3mf\"]", "output.remesh={\"vertices\":10}", "shell={}"}) {
         const std::string e = errorOf(kScene, {set});
         EXPECT_NE(e.find("not available yet"), std::string::npos) << set << ": " << e;
     }
