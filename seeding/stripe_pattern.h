@@ -1,6 +1,7 @@
 #pragma once
 // Evenly spaced stripes along a direction field (F. Knöppel, K. Crane, U. Pinkall, P. Schröder, Stripe patterns on
 // surfaces, 2015): a phase on the surface whose gradient follows the field at a given frequency as well as one can.
+// Other than there phases have the same weight everywhere, so that stripes that converge give way to fewer ones.
 //
 // The field is one of lines, so phases are defined up to their sign: carried from vertex to vertex they keep it or
 // change it. A triangle around which they change it an odd number of times holds a singularity of the field; one around

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <queue>
+#include <map>
 
 #include "pavel/seeding/kd_tree.h"
 
@@ -81,6 +81,14 @@ std::vector<StripeSeed> thinned(const Surface& surface, StripeLines& lines, doub
     return seeds;
 }
 
+std::vector<size_t> longestFirst(const std::vector<StripeLine>& lines) {
+    std::vector<size_t> order(lines.size());
+    for (size_t l = 0; l < order.size(); ++l) order[l] = l;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return lines[a].crossings.size() > lines[b].crossings.size(); });
+    return order;
+}
+
 /// Turns main lines so that their tangents agree with their neighbours' and on the whole with what is preferred, and
 /// the others so that they run to the left of them.
 void orient(StripeLines& lines, std::vector<StripeSeed>& seeds, const std::function<Vec3(const Vec3&)>& preferred) {
@@ -89,12 +97,7 @@ void orient(StripeLines& lines, std::vector<StripeSeed>& seeds, const std::funct
     for (size_t l = 0; l < n; ++l)
         for (int s : lines.lines[0][l].crossings) lineOf[size_t(s)] = int(l);
     std::vector<int> sign(n, 0);
-    std::vector<size_t> order(n);
-    for (size_t l = 0; l < n; ++l) order[l] = l;
-    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-        return lines.lines[0][a].crossings.size() > lines.lines[0][b].crossings.size();
-    });
-    for (size_t root : order) {  // the longest lines first
+    for (size_t root : longestFirst(lines.lines[0])) {
         if (sign[root]) continue;
         std::vector<size_t> group{root};
         sign[root] = 1;
@@ -146,30 +149,44 @@ void orient(StripeLines& lines, std::vector<StripeSeed>& seeds, const std::funct
     }
 }
 
-/// Counts stripes and places along them outwards from a seed of each connected set.
-void number(std::vector<StripeSeed>& seeds) {
-    std::vector<char> done(seeds.size(), 0);
-    for (size_t root = 0; root < seeds.size(); ++root) {
+/// Numbers the main lines and the places along them: places follow each other on every line; lines, and where on each
+/// the count begins, follow their neighbours as most of the links between them say.
+void number(const StripeLines& lines, std::vector<StripeSeed>& seeds) {
+    const size_t n = lines.lines[0].size();
+    std::vector<int> lineOf(seeds.size(), -1), place(seeds.size(), 0);
+    for (size_t l = 0; l < n; ++l)
+        for (size_t k = 0; k < lines.lines[0][l].crossings.size(); ++k) {
+            const size_t s = size_t(lines.lines[0][l].crossings[k]);
+            lineOf[s] = int(l);
+            place[s] = int(k);
+        }
+    std::vector<char> done(n, 0);
+    std::vector<std::array<int, 2>> first(n, {0, 0});  // number of the line, and of its first place
+    for (size_t root : longestFirst(lines.lines[0])) {
         if (done[root]) continue;
-        std::queue<int> queue;
-        queue.push(int(root));
+        std::vector<size_t> group{root};
         done[root] = 1;
-        seeds[root].index = {0, 0};
-        while (!queue.empty()) {
-            const StripeSeed s = seeds[size_t(queue.front())];
-            queue.pop();
-            const auto visit = [&](int to, int di, int dj) {
-                if (to < 0 || done[size_t(to)]) return;
-                done[size_t(to)] = 1;
-                seeds[size_t(to)].index = {s.index[0] + di, s.index[1] + dj};
-                queue.push(to);
-            };
-            visit(s.onMain[0], 0, -1);
-            visit(s.onMain[1], 0, 1);
-            visit(s.onOther[0], -1, 0);
-            visit(s.onOther[1], 1, 0);
+        for (size_t k = 0; k < group.size(); ++k) {
+            const std::array<int, 2> own = first[group[k]];
+            std::map<int, std::map<std::array<int, 2>, int>> votes;  // of the links, for each neighbouring line
+            for (int s : lines.lines[0][group[k]].crossings)
+                for (int side : {0, 1}) {
+                    const int other = seeds[size_t(s)].onOther[side];
+                    if (other < 0 || lineOf[size_t(other)] < 0 || done[size_t(lineOf[size_t(other)])]) continue;
+                    ++votes[lineOf[size_t(other)]]
+                           [{own[0] + 2 * side - 1, own[1] + place[size_t(s)] - place[size_t(other)]}];
+                }
+            for (const auto& [line, says] : votes) {
+                const auto most = std::max_element(says.begin(), says.end(),
+                                                   [](const auto& a, const auto& b) { return a.second < b.second; });
+                first[size_t(line)] = most->first;
+                done[size_t(line)] = 1;
+                group.push_back(size_t(line));
+            }
         }
     }
+    for (size_t s = 0; s < seeds.size(); ++s)
+        if (lineOf[s] >= 0) seeds[s].index = {first[size_t(lineOf[s])][0], first[size_t(lineOf[s])][1] + place[s]};
 }
 
 }  // namespace
@@ -205,7 +222,7 @@ StripeSeeds stripeSeeds(const Surface& surface, const DirectionField& field, con
         scale *= std::sqrt(std::clamp(ratio, 0.25, 4.0));
     }
     orient(best.lines, best.seeds, preferred);
-    number(best.seeds);
+    number(best.lines, best.seeds);
     return best;
 }
 

@@ -19,10 +19,11 @@ struct StripeOptions {
 
 struct StripeSeed {
     SurfacePoint point;
-    Vec3 along;                  ///< unit tangent of its main stripe; neighbours' agree where they can
-    std::array<int, 2> index{};  ///< which main stripe, and which place along it, counted from a seed in the middle
-    int onMain[2] = {-1, -1};    ///< previous and next seed on the main stripe
-    int onOther[2] = {-1, -1};   ///< on the other one
+    Vec3 along;  ///< unit tangent of its main stripe; neighbours' agree where they can
+    std::array<int, 2>
+        index{};               ///< which main stripe, and which place along it; neighbours differ by one where they can
+    int onMain[2] = {-1, -1};  ///< previous and next seed on the main stripe
+    int onOther[2] = {-1, -1};  ///< on the other one
 };
 
 struct StripeSeeds {

@@ -51,6 +51,53 @@ const std::vector<Example>& examples() {
   "output": { "mesh": ["glb", "stl"] }
 }
 )"},
+        {"amphora", "amphora with 358 petals on stripes that cross at 60 degrees", R"({
+  "units": "mm",
+  "voxel_size": 0.5,
+  "base": { "shape": "amphora" },
+  "elements": [ { "name": "petal", "shape": "petal", "length": 29, "width": 20, "thickness": 4, "bend": 5, "anchor": 0.5, "color": "#b5654a" } ],
+  "seeding": { "method": "stripes", "count": 358, "angle": 60, "field": { "type": "around" } },
+  "orientation": { "rotation": "fixed", "angle": 60 },
+  "output": { "mesh": ["glb"] }
+}
+)"},
+        {"alternating", "vase with petals on stripes, every other one turned by half a turn", R"({
+  "units": "mm",
+  "voxel_size": 0.3,
+  "base": { "shape": "vase" },
+  "elements": [ { "name": "petal", "shape": "petal", "length": 15, "width": 10, "thickness": 3, "bend": 2, "anchor": 0.5, "color": "#6f8f86" } ],
+  "seeding": { "method": "stripes", "coverage": 1.4, "field": { "type": "around" } },
+  "orientation": { "rotation": "alternate", "angle": 90 },
+  "refine": { "iterations": 10 },           // closes the gaps where stripes begin
+  "output": { "mesh": ["glb"] }
+}
+)"},
+        {"basket", "vase woven of beans on perpendicular stripes", R"({
+  "units": "mm",
+  "voxel_size": 0.35,
+  "base": { "shape": "vase" },
+  "elements": [ { "name": "bean", "shape": "bean", "length": 18, "thickness": 7, "bend": 0.03, "color": "#b08a5a" } ],
+  "seeding": { "method": "stripes", "coverage": 1.35, "field": { "type": "around" } },
+  "orientation": { "rotation": "fixed" },
+  "refine": { "iterations": 10 },           // closes the gaps where stripes begin
+  "output": { "mesh": ["glb"] }
+}
+)"},
+        {"three", "mug with three kinds in turn on stripes, turned at random", R"({
+  "units": "mm",
+  "resolution": 34,
+  "base": { "shape": "mug" },
+  "elements": [
+    { "name": "pebble", "shape": "pebble", "length": 9, "width": 8, "height": 5, "color": "#7d9490" },
+    { "name": "bean", "shape": "bean", "length": 11, "thickness": 5, "color": "#c7a65a" },
+    { "name": "pearl", "shape": "pearl", "radius": 3.6, "color": "#c98f9b" }
+  ],
+  "seeding": { "method": "stripes", "coverage": 1.4, "field": { "type": "around" } },
+  "orientation": { "rotation": "random" },
+  "assignment": "alternate",
+  "output": { "mesh": ["glb"] }
+}
+)"},
         {"tile", "tile with seven petals placed by hand", R"({
   "units": "mm",
   "voxel_size": 0.25,

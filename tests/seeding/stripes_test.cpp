@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
+#include "pavel/core/error.h"
 #include "pavel/core/shapes.h"
 #include "pavel/io/mesh_read.h"
-#include "pavel/seeding/stripe_lines.h"
+#include "pavel/seeding/seed.h"
+#include "pavel/seeding/stripes.h"
 #include "support/meshes.h"
 
 namespace pavel {
@@ -121,6 +124,122 @@ TEST(Stripes, LoseNoCrossingInSingularTriangles) {
         for (const TrianglePhases& p : s.phases[pattern]) defects += size_t(std::abs(p.turns())) + 3 * p.flipped;
         EXPECT_LE(2 * open, defects);
     }
+}
+
+TEST(Stripes, CrossingsMatchBruteForceWherePhasesAreLinear) {
+    const Surface ball(test::sphere(10, {0, 0, 0}, 48));
+    const Stripes s(ball, FieldOptions(), 1.3, 1.1, 70);
+    // In the plane of both phases a triangle holds the points of the lattice of whole turns that it covers.
+    std::vector<int> wanted(ball.mesh().triangles.size(), 0), found(wanted);
+    size_t checked = 0;
+    for (size_t t = 0; t < wanted.size(); ++t) {
+        const TrianglePhases &p = s.phases[0][t], &q = s.phases[1][t];
+        if (p.flipped || p.turns() || q.turns()) {
+            wanted[t] = -1;
+            continue;
+        }
+        double x[3], y[3];
+        for (size_t k = 0; k < 3; ++k) x[k] = p.corner[k] / (2 * kPi), y[k] = q.corner[k] / (2 * kPi);
+        const double det = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+        for (int m = int(std::floor(*std::min_element(x, x + 3))); m <= *std::max_element(x, x + 3); ++m)
+            for (int n = int(std::floor(*std::min_element(y, y + 3))); n <= *std::max_element(y, y + 3); ++n) {
+                const double b = ((m - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (n - y[0])) / det,
+                             c = ((x[1] - x[0]) * (n - y[0]) - (m - x[0]) * (y[1] - y[0])) / det;
+                wanted[t] += b >= 0 && c >= 0 && b + c <= 1;
+            }
+        ++checked;
+    }
+    EXPECT_GT(checked, wanted.size() * 9 / 10);
+    for (const Crossing& c : s.lines.crossings) ++found[size_t(c.triangle)];
+    size_t wrong = 0, total = 0;
+    for (size_t t = 0; t < wanted.size(); ++t)
+        if (wanted[t] >= 0) wrong += wanted[t] != found[t], total += size_t(wanted[t]);
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_GT(total, 700u);
+}
+
+class StripeCounts : public testing::TestWithParam<std::tuple<const char*, const char*>> {};
+
+TEST_P(StripeCounts, AreMetAndLinksAreMutual) {
+    const std::string name = std::get<0>(GetParam()), type = std::get<1>(GetParam());
+    TriangleMesh mesh;
+    if (name == "vase") {
+        mesh = groupSubmesh(makeShape("vase"), "outer");
+    } else if (name == "torus") {
+        mesh = test::torus(10, 4);
+    } else {
+        PAVEL_NEED_MESH(path, name);
+        mesh = readMesh(path);
+    }
+    for (size_t count : {400, 2000}) {
+        StripeOptions o;
+        o.count = count;
+        o.along = std::sqrt(1.5 * meshArea(mesh) / double(count));
+        o.across = o.along / 1.5;
+        TriangleMesh fine = mesh;
+        subdivideLongEdges(fine, stripeEdge(o));
+        const Surface surface(std::move(fine));
+        FieldOptions f;
+        f.type = type;
+        const DirectionField field(surface, f, 2);
+        const StripeSeeds s = stripeSeeds(surface, field, o, [](const Vec3&) { return Vec3(0, 0, 1); });
+        EXPECT_NEAR(double(s.seeds.size()) / double(count), 1, 0.03);
+        double least = 1e300;
+        for (size_t i = 0; i < s.seeds.size(); ++i) {
+            const StripeSeed& a = s.seeds[i];
+            EXPECT_NEAR(length(a.along), 1, 1e-9);
+            EXPECT_NEAR(dot(a.along, a.point.normal), 0, 1e-9);
+            if (a.onOther[1] >= 0) {
+                EXPECT_EQ(s.seeds[size_t(a.onOther[1])].onOther[0], int(i));
+            }
+            if (a.onMain[1] < 0) continue;
+            EXPECT_EQ(s.seeds[size_t(a.onMain[1])].onMain[0], int(i));
+            least = std::min(least, length(s.seeds[size_t(a.onMain[1])].point.position - a.point.position));
+        }
+        EXPECT_GE(least, 0.5 * std::min(s.along, s.across) * 0.999);
+    }
+}
+INSTANTIATE_TEST_SUITE_P(Surfaces, StripeCounts,
+                         testing::Values(std::tuple("vase", "around"), std::tuple("torus", "smooth"),
+                                         std::tuple("bunny_60k.obj", "smooth"), std::tuple("spot.obj", "smooth"),
+                                         std::tuple("teapot_utah.obj", "curvature")));
+
+TEST(StripeSeeds, AlternateAlongTheMainStripe) {
+    Scene scene;
+    scene.seedings[0].method = "stripes";
+    scene.seedings[0].spacing = {8, 6};
+    scene.seedings[0].field.type = "around";
+    scene.orientation.rotation = "alternate";
+    scene.assignment = "alternate";
+    RunContext context;
+    std::vector<ElementKind> kinds(2);
+    for (ElementKind& k : kinds) {
+        k.name = &k == &kinds[0] ? "a" : "b";
+        k.mesh = makeShape("bean");
+        k.footprint = 30;
+    }
+    const SeedSet set = makeSeeds(makeShape("vase"), kinds, scene, {}, context);
+    ASSERT_TRUE(set.spacing);
+    EXPECT_NEAR(set.spacing->first * set.spacing->second / 48, 1, 0.06);
+    EXPECT_NEAR(double(set.seeds.size()) * set.spacing->first * set.spacing->second / set.decoratedArea, 1, 0.05);
+    EXPECT_GT(set.stripes.size(), 20u);
+    size_t links = 0, alike = 0, tangents = 0;
+    for (const Seed& s : set.seeds) {
+        ASSERT_TRUE(s.stripe);
+        tangents += dot(s.tangent, normalized({-s.position[1], s.position[0], 0})) > 0.9;
+        if (const int next = s.stripe->along[1]) {
+            const Seed& t = set.seeds[size_t(next) - 1];
+            EXPECT_EQ(t.id, next);
+            EXPECT_EQ(t.stripe->along[0], s.id);
+            ++links;
+            alike += s.rotation == t.rotation || s.kind == t.kind;
+        }
+    }
+    EXPECT_GT(links, set.seeds.size() * 9 / 10);
+    EXPECT_LT(alike, links / 15);  // only where a closed stripe has an odd number, or a branch is near
+    EXPECT_GT(tangents, set.seeds.size() * 97 / 100);
+    scene.seedings[0].spacing = {500, 500};
+    EXPECT_THROW(makeSeeds(makeShape("vase"), kinds, scene, {}, context), InputError);
 }
 
 }  // namespace
