@@ -33,7 +33,7 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
     TriangleMesh mesh;
     size_t badFaces = 0;
     std::vector<size_t> faceEnd;  // of each polygon: one past its last triangle
-    std::vector<Vec3> colors;
+    std::vector<Vec3> colors, normals;
 
     SoupImporter() { kernel_.importer = this; }
     /// What the reader hung on the vertices.
@@ -46,6 +46,8 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
             }
             for (const Vec3& c : colors) all["color"].push_back(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);
         }
+        for (size_t k = 0; k < 3 && normals.size() == mesh.points.size(); ++k)
+            for (const Vec3& n : normals) all[std::array<const char*, 3>{"nx", "ny", "nz"}[k]].push_back(n[int(k)]);
         for (auto it = kernel_.vprops_begin(); it != kernel_.vprops_end(); ++it) {
             if (!*it) continue;
             std::vector<double> v;
@@ -94,8 +96,11 @@ class SoupImporter : public OpenMesh::IO::BaseImporter {
     void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<OpenMesh::Vec3f>&) override {}
     void set_face_texindex(FaceHandle, int) override {}
     void set_halfedge(VertexHandle, HalfedgeHandle) override {}
-    void set_normal(VertexHandle, const OpenMesh::Vec3f&) override {}
-    void set_normal(VertexHandle, const OpenMesh::Vec3d&) override {}
+    void set_normal(VertexHandle v, const OpenMesh::Vec3f& n) override { set_normal(v, Vec3(n[0], n[1], n[2])); }
+    void set_normal(VertexHandle v, const OpenMesh::Vec3d& n) override {
+        normals.resize(mesh.points.size(), Vec3(0, 0, 0));
+        normals[size_t(v.idx())] = n;
+    }
     void set_normal(FaceHandle, const OpenMesh::Vec3f&) override {}
     void set_normal(FaceHandle, const OpenMesh::Vec3d&) override {}
     void set_color(EdgeHandle, const OpenMesh::Vec3uc&) override {}
@@ -203,7 +208,10 @@ bool isMeshFile(const std::string& path) {
     return ending == ".obj" || ending == ".ply" || ending == ".stl" || ending == ".off";
 }
 
-TriangleMesh readMesh(const std::string& path, VertexValues* values) {
+namespace {
+
+/// What a mesh file holds, as it is; `attributes`: also colours, normals and properties of the vertices.
+void readSoup(const std::string& path, bool attributes, SoupImporter& importer) {
     const fs::path p(path);
     std::error_code error;
     if (!fs::exists(p, error)) throw InputError(path + ": no such file");
@@ -214,9 +222,9 @@ TriangleMesh readMesh(const std::string& path, VertexValues* values) {
     const std::string bytes = readBytes(path, gzip);
     if (bytes.empty()) throw InputError(path + ": the file is empty");
 
-    SoupImporter importer;
     OpenMesh::IO::Options options;
-    if (values) {
+    if (attributes) {
+        options += OpenMesh::IO::Options::VertexNormal;
         options += OpenMesh::IO::Options::VertexColor;
         options += OpenMesh::IO::Options::Custom;
     }
@@ -246,10 +254,24 @@ TriangleMesh readMesh(const std::string& path, VertexValues* values) {
     if (importer.badFaces)
         throw InputError(path + ": " + std::to_string(importer.badFaces) +
                          " faces name vertices that the file does not have");
-    if (importer.mesh.triangles.empty()) throw InputError(path + ": holds no faces");
     if (ending == ".obj") readGroups(bytes, importer.faceEnd, importer.mesh);
+}
+
+}  // namespace
+
+TriangleMesh readMesh(const std::string& path, VertexValues* values) {
+    SoupImporter importer;
+    readSoup(path, values, importer);
+    if (importer.mesh.triangles.empty()) throw InputError(path + ": holds no faces");
     if (values) *values = importer.values();
     return std::move(importer.mesh);
+}
+
+std::vector<Vec3> readPoints(const std::string& path, VertexValues& values) {
+    SoupImporter importer;
+    readSoup(path, true, importer);
+    values = importer.values();
+    return std::move(importer.mesh.points);
 }
 
 }  // namespace pavel

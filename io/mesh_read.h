@@ -18,4 +18,7 @@ bool isMeshFile(const std::string& path);
 /// @throws InputError naming the file and what is wrong with it
 TriangleMesh readMesh(const std::string& path, VertexValues* values = nullptr);
 
+/// Reads the vertices of a PLY, which needs no faces, with all their properties, normals as "nx", "ny", "nz".
+std::vector<Vec3> readPoints(const std::string& path, VertexValues& values);
+
 }  // namespace pavel

@@ -9,6 +9,7 @@
 
 #include "pavel/core/error.h"
 #include "pavel/io/atomic_output.h"
+#include "pavel/io/mesh_read.h"
 #include "pavel/io/vdb_grids.h"
 
 namespace pavel {
@@ -51,6 +52,33 @@ void writeSeedsPly(const std::string& path, const SeedSet& set) {
         out.write(reinterpret_cast<const char*>(numbers), sizeof numbers);
     }
     if (!out.flush()) throw RunError(path + ": writing failed (is the disk full?)");
+}
+
+std::vector<PlacementOptions> readSeedsPly(const std::string& path, const std::vector<std::string>& names) {
+    VertexValues values;
+    const std::vector<Vec3> points = readPoints(path, values);
+    const auto vector = [&](const char* x, const char* y, const char* z, size_t i) -> std::optional<Vec3> {
+        if (!values.count(x) || !values.count(y) || !values.count(z)) return std::nullopt;
+        return Vec3(values[x][i], values[y][i], values[z][i]);
+    };
+    std::vector<PlacementOptions> seeds;
+    for (size_t i = 0; i < points.size(); ++i) {
+        PlacementOptions p;
+        p.position = points[i];
+        p.normal = vector("nx", "ny", "nz", i);
+        p.tangent = vector("tx", "ty", "tz", i);
+        if (values.count("rotation")) p.rotation = values["rotation"][i];
+        if (values.count("scale")) p.scale = values["scale"][i];
+        if (values.count("kind")) {
+            const double kind = values["kind"][i];
+            if (!(kind >= 0) || kind >= double(names.size()))
+                throw InputError(path + ": seed " + std::to_string(i) + " has a kind that is none of the " +
+                                 std::to_string(names.size()) + " elements");
+            p.element = names[size_t(kind)];
+        }
+        seeds.push_back(p);
+    }
+    return seeds;
 }
 
 void writeSeedsVdb(const std::string& path, const SeedSet& set, const VdbOptions& options) {

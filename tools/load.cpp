@@ -8,6 +8,7 @@
 #include "pavel/core/mesh_check.h"
 #include "pavel/io/mesh_read.h"
 #include "pavel/io/scene_json.h"
+#include "pavel/io/seed_files.h"
 #include "pavel/seeding/seed.h"
 #include "pavel/vdb/offset_surface.h"
 
@@ -91,7 +92,8 @@ std::vector<std::vector<PlacementOptions>> loadPlacements(const Scene& scene) {
         all.push_back(s.placements);
         if (s.file.empty()) continue;
         const std::string path = resolved(scene, s.file);
-        all.back() = readSeeds(path, scene.units);
+        all.back() = std::filesystem::path(path).extension() == ".ply" ? readSeedsPly(path, names)
+                                                                       : readSeeds(path, scene.units);
         if (all.back().empty()) throw InputError(path + ": holds no seeds");
         for (size_t i = 0; i < all.back().size(); ++i)
             checkPlacement(all.back()[i], names, path + ": seeds[" + std::to_string(i) + "]");

@@ -1,5 +1,7 @@
 #include "pavel/io/scene_json.h"
 
+#include "pavel/io/seed_files.h"
+
 #include "pavel/core/error.h"
 #include "pavel/io/atomic_output.h"
 #include "support/meshes.h"
@@ -138,6 +140,18 @@ TEST(SeedsJson, RoundTrip) {
     EXPECT_EQ(back[0].rotation, 12.5);
     EXPECT_EQ(back[0].element, "pearl");
     EXPECT_NEAR(readSeeds(folder / "seeds.json", "cm")[0].position[0], 0.125, 1e-12);
+    writeSeedsPly(folder / "seeds.ply", set);
+    const auto ply = readSeedsPly(folder / "seeds.ply", {"pearl"});
+    ASSERT_EQ(ply.size(), 1u);
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(ply[0].position[k], s.position[k], 1e-6);
+        EXPECT_NEAR((*ply[0].normal)[k], s.normal[k], 1e-6);
+        EXPECT_NEAR((*ply[0].tangent)[k], s.tangent[k], 1e-6);
+    }
+    EXPECT_EQ(ply[0].rotation, 12.5);
+    EXPECT_NEAR(ply[0].scale, 1.05, 1e-6);
+    EXPECT_EQ(ply[0].element, "pearl");
+    EXPECT_THROW(readSeedsPly(folder / "seeds.ply", {}), InputError);
 }
 
 }  // namespace
