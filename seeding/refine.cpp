@@ -27,7 +27,7 @@ Stand standOf(const Seed& s) {
 class Cover {
   public:
     struct Local {
-        double x, y;
+        double x, y, distance2;
         size_t sample;
     };
 
@@ -48,17 +48,18 @@ class Cover {
         for (const auto& m : matches_) {
             if (dot(samples_[m.first].normal, s.normal) <= 0) continue;
             const Vec3 d = samples_[m.first].position - s.position;
-            found.push_back({dot(d, s.x), dot(d, s.y), m.first});
+            found.push_back({dot(d, s.x), dot(d, s.y), dot(d, d), m.first});
         }
     }
     /// Adds an element's footprint to the counts, or takes it away. `local`: the samples around it.
     void add(const Seed& s, int what, const std::vector<Local>& local) {
         const Footprint& f = footprint(s.kind);
+        const double reach = f.radius() * s.scale;  // on a bent surface a footprint reaches only so far
         for (const Local& l : local)
-            if (f.covers(l.x / s.scale, l.y / s.scale)) count_[l.sample] += what;
+            if (l.distance2 <= reach * reach && f.covers(l.x / s.scale, l.y / s.scale)) count_[l.sample] += what;
     }
     void add(const Seed& s) {
-        around(standOf(s), footprint(s.kind).radius() * s.scale, local_);
+        around(standOf(s), footprint(s.kind).radius() * s.scale * (1 + 1e-9), local_);
         add(s, 1, local_);
     }
 
