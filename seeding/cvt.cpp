@@ -1,6 +1,5 @@
 #include "pavel/seeding/cvt.h"
 
-#include <meshoptimizer.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <memory>
 
 #include "pavel/seeding/restricted_voronoi.h"
+#include "pavel/seeding/simplify.h"
 
 namespace pavel {
 namespace {
@@ -223,24 +223,6 @@ std::vector<SurfacePoint> balanced(const Surface& surface, RestrictedVoronoi& vo
 
 /// Triangles for each seed that a tessellation needs to see the surface's shape.
 constexpr size_t kTrianglesPerSeed = 16;
-
-/// About the same surface in few triangles.
-TriangleMesh simplified(const TriangleMesh& mesh, size_t triangles) {
-    std::vector<unsigned> indices;
-    for (const Triangle& t : mesh.triangles)
-        for (int v : t) indices.push_back(unsigned(v));
-    std::vector<float> points;
-    for (const Vec3& p : mesh.points) points.insert(points.end(), {float(p[0]), float(p[1]), float(p[2])});
-    std::vector<unsigned> kept(indices.size());
-    kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), points.data(), mesh.points.size(),
-                                 3 * sizeof(float), 3 * triangles, 0.02f));
-    TriangleMesh result;
-    result.points = mesh.points;
-    for (size_t i = 0; i + 2 < kept.size(); i += 3)
-        result.triangles.push_back({int(kept[i]), int(kept[i + 1]), int(kept[i + 2])});
-    removeUnusedVertices(result);
-    return result;
-}
 
 std::vector<SurfacePoint> mapped(const std::vector<SurfacePoint>& seeds, const Surface& from, const Surface& to) {
     std::vector<SurfacePoint> result(seeds.size());

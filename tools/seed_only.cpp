@@ -1,7 +1,5 @@
 #include "pavel/tools/seed_only.h"
 
-#include <meshoptimizer.h>
-
 #include <algorithm>
 
 #include "pavel/core/error.h"
@@ -9,31 +7,13 @@
 #include "pavel/io/preview.h"
 #include "pavel/io/scene_json.h"
 #include "pavel/io/seed_files.h"
+#include "pavel/seeding/simplify.h"
 #include "pavel/tools/load.h"
 #include "pavel/tools/objects.h"
 
 namespace pavel {
 
 namespace {
-
-/// The same shape in few triangles, for a picture with many of them.
-TriangleMesh light(const TriangleMesh& mesh, size_t triangles) {
-    if (mesh.triangles.size() <= triangles) return mesh;
-    std::vector<unsigned> indices;
-    for (const Triangle& t : mesh.triangles)
-        for (int v : t) indices.push_back(unsigned(v));
-    std::vector<float> points;
-    for (const Vec3& p : mesh.points) points.insert(points.end(), {float(p[0]), float(p[1]), float(p[2])});
-    std::vector<unsigned> kept(indices.size());
-    kept.resize(meshopt_simplify(kept.data(), indices.data(), indices.size(), points.data(), mesh.points.size(),
-                                 3 * sizeof(float), 3 * triangles, 0.02f));
-    TriangleMesh result;
-    result.points = mesh.points;
-    for (size_t i = 0; i + 2 < kept.size(); i += 3)
-        result.triangles.push_back({int(kept[i]), int(kept[i + 1]), int(kept[i + 2])});
-    removeUnusedVertices(result);
-    return result;
-}
 
 /// A stripe as a thin tube, three-sided.
 void appendTube(const SeedSet::Line& line, double radius, TriangleMesh& mesh) {
@@ -75,7 +55,7 @@ SeedSet seedOnly(const Scene& scene, const std::string& folder, bool force, RunC
     std::vector<TriangleMesh> shapes;
     constexpr size_t kPictured = 300000, kLeast = 150, kMost = 2000;
     const size_t triangles = std::clamp(kPictured / std::max<size_t>(1, set.seeds.size()), kLeast, kMost);
-    for (const ElementKind& k : kinds) shapes.push_back(light(k.mesh, triangles));
+    for (const ElementKind& k : kinds) shapes.push_back(simplified(k.mesh, triangles));
     for (const ElementKind& k : kinds) {
         objects.emplace_back();
         objects.back().name = k.name;
