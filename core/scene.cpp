@@ -33,7 +33,7 @@ void checkSeeding(const SeedingOptions& d, const std::set<std::string>& names, c
             need(d.offset == 0 && !d.autoOffset, at + ".offset: stripes lie on the surface; leave it out");
             need(!d.density, at + ".density: stripes are evenly spaced; leave it out");
         } else {
-            need(!d.spacing, at + ".spacing is for the method \"stripes\"");
+            need(!d.spacing && !d.fit, at + ": spacing and fit are for the method \"stripes\"");
         }
         need(!(d.coverage && d.count), at + ": give coverage or count, not both");
         need(d.coverage || d.count || d.spacing,

@@ -85,7 +85,8 @@ struct SeedingOptions {
     FieldOptions field;                                ///< what "rotation": "field" and stripes follow
     std::optional<std::pair<double, double>> spacing;  ///< of stripes: along and across
     double angle = 90;                                 ///< between the two patterns of stripes, degrees
-    std::vector<std::string> elements;                 ///< names of the kinds it places; empty: all
+    bool fit = false;  ///< elements on stripes are as large as the distance to their neighbours along asks
+    std::vector<std::string> elements;  ///< names of the kinds it places; empty: all
     bool snap = true;
     std::vector<PlacementOptions> placements;
     std::string file;

@@ -239,6 +239,7 @@ SeedingOptions readSeeding(const json& j, const std::string& where) {
     if (const json* field = r.find("field")) s.field = readField(*field, where + ".field");
     if (const json* spacing = r.find("spacing")) s.spacing = readPair<double>(*spacing, where + ".spacing");
     r.get("angle", s.angle);
+    r.get("fit", s.fit);
     r.finish();
     return s;
 }
@@ -329,6 +330,7 @@ ordered seedingJson(const SeedingOptions& d, const Scene& scene, const std::stri
     if (d.method == "stripes") {
         if (d.spacing) seeding["spacing"] = {d.spacing->first, d.spacing->second};
         seeding["angle"] = d.angle;
+        seeding["fit"] = d.fit;
         seeding["field"] = fieldJson(d.field);
     } else if (d.method == "cvt") {
         seeding["iterations"] = d.iterations;

@@ -147,6 +147,20 @@ std::pair<double, double> meanExtent(const std::vector<ElementKind>& kinds, cons
     return {sum[0] / weights, sum[1] / weights};
 }
 
+/// Each element's scale by the distance to its neighbours on the main stripe.
+std::vector<double> fitted(const StripeSeeds& stripes) {
+    constexpr double kLeast = 0.7, kMost = 1.4;
+    std::vector<double> scale;
+    for (const StripeSeed& s : stripes.seeds) {
+        double sum = 0;
+        int n = 0;
+        for (int other : s.onMain)
+            if (other >= 0) sum += length(stripes.seeds[size_t(other)].point.position - s.point.position), ++n;
+        scale.push_back(n ? std::clamp(sum / n / stripes.along, kLeast, kMost) : 1);
+    }
+    return scale;
+}
+
 /// Which way along a line is forward: along or around the axis that a field follows, else upwards.
 std::function<Vec3(const Vec3&)> preferredDirection(const FieldOptions& field, const TriangleMesh& mesh) {
     const Bounds b = meshBounds(mesh);
@@ -257,6 +271,7 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
                 throw InputError("seeding: no stripes cross here; the spacing is too large for the surface");
             for (const StripeSeed& s : crossings.seeds) points.push_back(s.point);
             dressing.stripes = &crossings.seeds;
+            if (seeding.fit) dressing.scale = fitted(crossings);
             set.spacing = {crossings.along, crossings.across};
             for (int pattern : {0, 1})
                 for (const StripeLine& l : crossings.lines.lines[pattern])

@@ -238,6 +238,20 @@ TEST(StripeSeeds, AlternateAlongTheMainStripe) {
     EXPECT_GT(links, set.seeds.size() * 9 / 10);
     EXPECT_LT(alike, links / 15);  // only where a closed stripe has an odd number, or a branch is near
     EXPECT_GT(tangents, set.seeds.size() * 97 / 100);
+    scene.seedings[0].fit = true;
+    const SeedSet fit = makeSeeds(makeShape("vase"), kinds, scene, {}, context);
+    ASSERT_EQ(fit.seeds.size(), set.seeds.size());
+    size_t scaled = 0;
+    for (size_t i = 0; i < fit.seeds.size(); ++i) {
+        const Seed& s = fit.seeds[i];
+        if (!s.stripe->along[0] || !s.stripe->along[1]) continue;
+        double sum = 0;
+        for (int id : s.stripe->along) sum += length(fit.seeds[size_t(id) - 1].position - s.position);
+        EXPECT_NEAR(s.scale, std::clamp(sum / 2 / fit.spacing->first, 0.7, 1.4), 1e-9);
+        scaled += std::abs(s.scale - 1) > 0.02;
+    }
+    EXPECT_GT(scaled, 20u);
+    scene.seedings[0].fit = false;
     scene.seedings[0].spacing = {500, 500};
     EXPECT_THROW(makeSeeds(makeShape("vase"), kinds, scene, {}, context), InputError);
 }
