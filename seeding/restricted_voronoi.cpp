@@ -113,11 +113,11 @@ void appendWhole(const TriangleMesh& mesh, size_t t, const Vec3& centre, double 
 /// Triangles that are worked on together.
 constexpr size_t kChunk = 1024;
 
-void add(VoronoiCell& to, const VoronoiCell& c) {
-    to.area += c.area;
-    to.mass += c.mass;
-    to.moment += c.moment;
-    to.energy += c.energy;
+void add(VoronoiCell& to, const VoronoiCell& c, double sign = 1) {
+    to.area += sign * c.area;
+    to.mass += sign * c.mass;
+    to.moment += sign * c.moment;
+    to.energy += sign * c.energy;
 }
 
 /// All pieces by triangle: those of triangle t are begin[t] to end[t].
@@ -311,7 +311,16 @@ void adoptOrphans(const Surface& surface, const std::vector<double>& density, co
                                  regions.owners[size_t(regions.of[t])], parts[i], joined[i]);
         });
         if (std::find(handed.begin(), handed.end(), 1) == handed.end()) return;
-        for (size_t i = 0; i < affected.size(); ++i) pieces.replace(affected[i], parts[i], joined[i]);
+        for (size_t i = 0; i < affected.size(); ++i) {
+            // What stays joined may have been clipped anew, too.
+            const size_t t = size_t(affected[i]);
+            for (int j = pieces.begin[t]; j < pieces.end[t]; ++j)
+                if (pieces.joined[size_t(j)])
+                    add(cells[size_t(pieces.links[size_t(j)].seed)], pieces.sums[size_t(j)], -1);
+            pieces.replace(affected[i], parts[i], joined[i]);
+            for (int j = pieces.begin[t]; j < pieces.end[t]; ++j)
+                if (pieces.joined[size_t(j)]) add(cells[size_t(pieces.links[size_t(j)].seed)], pieces.sums[size_t(j)]);
+        }
         std::vector<int> stack;
         for (int t : affected)
             for (int j = pieces.begin[size_t(t)]; j < pieces.end[size_t(t)]; ++j) {
