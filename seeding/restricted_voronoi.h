@@ -5,7 +5,7 @@
 // than the nearest seed plus twice its circumscribed radius, which is the security radius of B. Levy and N. Bonneel
 // (Variational anisotropic surface meshing with Voronoi parallel linear enumeration, 2013) applied to a triangle.
 // Both sides of a thin wall are partitioned apart: a triangle belongs to seeds whose surface faces the same way, up to
-// about 157 degrees, unless there are none; and a cell counts only the piece connected to its seed. Orphaned pieces are
+// about 152 degrees, unless there are none; and a cell counts only the piece connected to its seed. Orphaned pieces are
 // clipped again among the seeds that are connected to them, so that areas always sum to the surface's.
 #include <utility>
 #include <vector>
@@ -46,7 +46,7 @@ class RestrictedVoronoi {
     void findCandidates(size_t triangle, int guess, const Search& search, std::vector<Candidate>& found) const;
 
     static constexpr size_t kNear = 24;       // seeds listed around every seed
-    static constexpr double kFacing = -0.92;  // cosine of the angle at which a triangle no longer sees a seed
+    static constexpr double kFacing = -0.88;  // cosine of the angle at which a triangle no longer sees a seed
     const Surface& surface_;
     std::vector<double> density_;
     std::vector<Vec3> centre_;

@@ -144,7 +144,7 @@ TEST(Cvt, BothWallsOfAThinCupAreDecoratedAlike) {
 TEST(Cvt, TenThousandSeedsLoseNone) {
     const Surface s(test::sphere(10, {0, 0, 0}, 160));
     CvtOptions options;
-    options.iterations = 20;
+    options.iterations = 40;
     std::vector<std::vector<int>> around;
     const auto cells = RestrictedVoronoi(s).cells(centroidalSeeds(s, 10000, options), &around);
     EXPECT_NEAR(totalArea(cells) / s.area(), 1, 1e-9);
