@@ -35,13 +35,6 @@ class JsonReader {
     void get(const std::string& key, std::optional<T>& value) {
         if (const auto* j = find(key)) value = as<T>(*j, at(key));
     }
-    /// A key whose other values come later: anything but `only` is refused.
-    void notYet(const std::string& key, const nlohmann::json& only) {
-        const auto* j = find(key);
-        if (j && *j != only)
-            throw InputError(at(key) + ": " + j->dump() + " is not available yet; leave it out or set it to " +
-                             only.dump());
-    }
     /// One of a few words; `later` are refused as not available yet.
     void choice(const std::string& key, std::string& value, const std::vector<std::string>& now,
                 const std::vector<std::string>& later = {}) {
