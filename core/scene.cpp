@@ -136,6 +136,8 @@ void validate(const Scene& s) {
          "variation.size must be at least 0 and below 1");
     checkMaterial(s.material.a, s.material.b, "material");
     need(std::isfinite(s.material.gap) && s.material.gap >= 0, "material.gap must be at least 0");
+    need(!s.output.remeshVertices || *s.output.remeshVertices >= 4, "output.remesh.vertices must be at least 4");
+    need(s.output.adaptivity >= 0 && s.output.adaptivity <= 1, "output.adaptivity must lie in [0, 1]");
 }
 
 }  // namespace pavel

@@ -108,6 +108,8 @@ struct OutputOptions {
     bool vdb = true, fog = false, half = false;
     bool separate = false;  ///< "elements": "separate"
     std::vector<std::string> mesh{"glb"};
+    std::optional<size_t> remeshVertices;  ///< of the whole output; unset: as extracted
+    double adaptivity = 0;                 ///< in [0, 1]: larger triangles where it is flat
     bool withBase = true, preview = true;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// Meshes as files. OpenMesh's writers hold no named objects and refuse edges where solids touch, so OBJ, PLY and STL
-// are written here; GLB goes through tinygltf.
+// Meshes as files. OpenMesh's writers hold no named objects and refuse edges where solids touch, so OBJ, PLY, STL and
+// OFF are written here, and so is USD's text; GLB goes through tinygltf, 3MF through lib3mf.
 #include <string>
 #include <vector>
 
@@ -18,12 +18,19 @@ struct MeshObject {
     std::vector<std::pair<std::string, Frame>> instances;
 };
 
-/// The ending decides: obj, ply, stl, glb. STL and PLY join all objects into one. Lengths as they are, z up; GLB in
-/// metres, +Y up, as its standard says (`metresPerUnit`).
-/// @throws RunError where the file cannot be written, InputError for an unknown ending
-void writeMesh(const std::string& path, const std::vector<MeshObject>& objects, double metresPerUnit);
+struct MeshFileOptions {
+    double metresPerUnit = 1e-3;  ///< GLB, 3MF and USD say how long a unit is
+    bool materialFile = false;    ///< OBJ: write NAME.mtl beside it
+    std::string volume{};         ///< USD: a .vdb file beside it whose grid `surface` it refers to
+};
 
-/// Endings that writeMesh knows.
+/// The ending decides: one of meshFormats(). STL, PLY and OFF join all objects into one; the others keep names and
+/// colours. Lengths as they are, z up; GLB in metres, +Y up, as its standard says. Equal input gives equal bytes.
+/// @throws RunError where the file cannot be written, InputError for an unknown ending
+void writeMesh(const std::string& path, const std::vector<MeshObject>& objects, const MeshFileOptions& options = {});
+
+/// Endings that writeMesh knows, and the same for messages.
 const std::vector<std::string>& meshFormats();
+std::string meshFormatList();
 
 }  // namespace pavel

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "pavel/io/json_reader.h"
+#include "pavel/io/mesh_write.h"
 
 namespace pavel {
 namespace {
@@ -258,13 +259,18 @@ OutputOptions readOutput(const json& j) {
         o.mesh.clear();
         for (const json& f : *list) {
             const std::string format = JsonReader::as<std::string>(f, "output.mesh");
-            if (format == "3mf") throw InputError("output.mesh: \"3mf\" is not available yet");
-            if (format != "glb" && format != "ply" && format != "obj" && format != "stl")
-                throw InputError("output.mesh: \"" + format + "\" is unknown; use glb, ply, obj, stl");
+            const auto& known = meshFormats();
+            if (std::find(known.begin(), known.end(), format) == known.end())
+                throw InputError("output.mesh: \"" + format + "\" is unknown; use " + meshFormatList());
             o.mesh.push_back(format);
         }
     }
-    if (r.find("remesh")) throw InputError("output.remesh: is not available yet");
+    if (const json* remesh = r.find("remesh")) {
+        JsonReader m(*remesh, "output.remesh");
+        m.get("vertices", o.remeshVertices);
+        m.finish();
+    }
+    r.get("adaptivity", o.adaptivity);
     r.get("with_base", o.withBase);
     r.get("preview", o.preview);
     r.finish();
@@ -480,10 +486,15 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
                         {"contact", s.material.contact},
                         {"gap", s.material.gap},
                         {"base_loss", s.material.baseLoss}};
-    root["output"] = {{"vdb", s.output.vdb},        {"fog", s.output.fog},
-                      {"half", s.output.half},      {"elements", s.output.separate ? "separate" : "merged"},
-                      {"mesh", s.output.mesh},      {"with_base", s.output.withBase},
+    root["output"] = {{"vdb", s.output.vdb},
+                      {"fog", s.output.fog},
+                      {"half", s.output.half},
+                      {"elements", s.output.separate ? "separate" : "merged"},
+                      {"mesh", s.output.mesh},
+                      {"adaptivity", s.output.adaptivity},
+                      {"with_base", s.output.withBase},
                       {"preview", s.output.preview}};
+    if (s.output.remeshVertices) root["output"]["remesh"] = {{"vertices", *s.output.remeshVertices}};
     return root.dump(2) + "\n";
 }
 

@@ -4,6 +4,7 @@
 #include <boost/geometry.hpp>
 #include <boost/geometry/index/rtree.hpp>
 #include <map>
+#include <mutex>
 
 namespace pavel {
 namespace bg = boost::geometry;
@@ -11,7 +12,9 @@ namespace bgi = boost::geometry::index;
 using Point = bg::model::point<double, 3, bg::cs::cartesian>;
 using Box = bg::model::box<Point>;
 
+/// Made by the first search: walking needs none.
 struct Surface::Index {
+    std::once_flag once;
     bgi::rtree<std::pair<Box, int>, bgi::linear<8>> tree;
 };
 
@@ -21,13 +24,18 @@ Surface::Surface(Surface&&) noexcept = default;
 Surface::Surface(TriangleMesh mesh) : mesh_(std::move(mesh)), index_(std::make_unique<Index>()) {
     vertexNormals_ = vertexNormals(mesh_);
     neighbours_ = triangleNeighbours(mesh_);
+    for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
+        area_ += triangleArea(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2));
+        faceNormals_.push_back(triangleNormal(mesh_, t));
+    }
+}
+
+void Surface::makeIndex() const {
     std::vector<std::pair<Box, int>> boxes;
     for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
         Bounds b;
         for (int k = 0; k < 3; ++k) b.add(mesh_.corner(t, k));
         boxes.emplace_back(Box({b.min[0], b.min[1], b.min[2]}, {b.max[0], b.max[1], b.max[2]}), int(t));
-        area_ += triangleArea(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2));
-        faceNormals_.push_back(triangleNormal(mesh_, t));
     }
     index_->tree = decltype(index_->tree)(boxes);
 }
@@ -40,6 +48,7 @@ Vec3 Surface::normalAt(int triangle, const Vec3& w) const {
 }
 
 SurfacePoint Surface::closest(const Vec3& p, const Vec3* facing) const {
+    std::call_once(index_->once, [this] { makeIndex(); });
     SurfacePoint best;
     best.distance = 1e300;
     Vec3 bestWeights(1, 0, 0);

@@ -43,6 +43,7 @@ class Surface {
   private:
     Vec3 normalAt(int triangle, const Vec3& weights) const;
     struct Index;
+    void makeIndex() const;
     TriangleMesh mesh_;
     std::vector<Vec3> vertexNormals_, faceNormals_;
     std::vector<std::array<int, 3>> neighbours_;

@@ -54,7 +54,7 @@ void commandShape(const std::string& name, const std::vector<std::string>& param
     MeshObject object;
     object.name = name;
     object.mesh = mesh;
-    writeMesh(out.place(), {object}, 1e-3);
+    writeMesh(out.place(), {object});
     out.commit();
     if (!options.quiet) std::printf("%s: %zu triangles\n", file.c_str(), mesh.triangles.size());
 }

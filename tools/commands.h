@@ -21,6 +21,7 @@ void commandSeed(const std::string& scene, const std::string& folder, const Comm
 void commandExample(const std::string& name, const std::string& folder, const CommonOptions& options);
 void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file,
                   const CommonOptions& options);
+void commandRemesh(const std::string& input, const std::string& file, size_t vertices, const CommonOptions& options);
 void commandRender(const std::string& input, const std::string& png, int width, int height, double azimuth,
                    double elevation, double zoom, const CommonOptions& options);
 void commandInfo(const std::vector<std::string>& files, const CommonOptions& options);

@@ -10,66 +10,16 @@
 #include "pavel/io/scene_json.h"
 #include "pavel/io/vdb_file.h"
 #include "pavel/tools/load.h"
-#include "pavel/tools/objects.h"
-#include "pavel/vdb/extract.h"
+#include "pavel/tools/output_meshes.h"
 
 namespace pavel {
 namespace {
 
 namespace fs = std::filesystem;
-MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds,
-                       const std::vector<PlacedElement>& placed) {
-    MeshObject object;
-    object.name = "decoration";
-    object.mesh = std::move(fused.mesh);
-    object.vertexColors.assign(object.mesh.points.size(), kBaseColor);
-    std::vector<char> decorated(object.mesh.points.size(), 0);
-    for (size_t t = 0; t < fused.ids.size(); ++t) {
-        const int id = fused.ids[t];
-        if (id == 0) continue;
-        const Vec3 c = elementColor(kinds[size_t(placed[size_t(id) - 1].kind)], id);
-        for (int v : object.mesh.triangles[t])
-            if (!decorated[size_t(v)]) object.vertexColors[size_t(v)] = c, decorated[size_t(v)] = 1;
-    }
-    return object;
-}
-
-std::vector<MeshObject> separateObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
-                                        const std::vector<PlacedElement>& placed, bool withBase) {
-    std::vector<MeshObject> objects;
-    for (const PlacedElement& p : placed) {
-        MeshObject o;
-        o.mesh = extractElement(packing, p.id);
-        if (o.mesh.triangles.empty()) continue;
-        o.name = objectName(p.id, kinds[size_t(p.kind)].name);
-        o.color = kinds[size_t(p.kind)].color;
-        objects.push_back(std::move(o));
-    }
-    if (withBase) {
-        MeshObject base;
-        base.name = "base";
-        base.mesh = extractBase(packing);
-        base.color = kBaseColor;
-        objects.push_back(std::move(base));
-    }
-    return objects;
-}
-
 size_t triangleCount(const std::vector<MeshObject>& objects) {
     size_t n = 0;
     for (const MeshObject& o : objects) n += o.mesh.triangles.size();
     return n;
-}
-
-void writeMeshes(const AtomicOutput& out, const OutputOptions& options, const std::vector<MeshObject>& objects,
-                 double metres) {
-    for (const std::string& format : options.mesh) {
-        if (format == "stl" && options.separate) {  // STL has no objects
-            for (const MeshObject& o : objects) writeMesh(out.place(o.name + ".stl"), {o}, metres);
-        } else {
-            writeMesh(out.place("decoration." + format), objects, metres);
-        }
-    }
 }
 
 void writeVdb(const AtomicOutput& out, const Scene& scene, const Packing& packing,
@@ -111,27 +61,24 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     Report report;
     report.voxelSize = h;
     report.threads = threads;
-    std::vector<MeshObject> objects;
-    MeshObject fused;
-    const bool meshes = !scene.output.mesh.empty();
+    OutputMeshes meshes;
     {
         const StageTimer timer(context, "extract");
-        if ((meshes && !scene.output.separate) || scene.output.preview)
-            fused = fusedObject(extractFused(packing, scene.output.withBase), kinds, placed);
-        if (meshes && scene.output.separate) objects = separateObjects(packing, kinds, placed, scene.output.withBase);
-        report.extractedTriangles = scene.output.separate ? triangleCount(objects) : fused.mesh.triangles.size();
-        report.finalTriangles = report.extractedTriangles;
+        meshes = extractMeshes(packing, kinds, placed, scene.output);
+        report.extractedTriangles = triangleCount(meshes.objects);
     }
+    if (scene.output.remeshVertices && !scene.output.mesh.empty()) {
+        const StageTimer timer(context, "remesh");
+        remeshObjects(meshes.objects, *scene.output.remeshVertices, context);
+    }
+    report.finalTriangles = triangleCount(meshes.objects);
     {
         const StageTimer timer(context, "write");
         writeText(out.place("seeds.json"), seedsJson(seeds, kinds, scene.units));
         writeText(out.place("scene.json"), sceneJson(scene, folder));
-        std::vector<MeshObject> single;
-        single.push_back(std::move(fused));
-        if (scene.output.preview) renderPng(out.place("preview.png"), single);
+        if (scene.output.preview) renderPng(out.place("preview.png"), meshes.fused ? *meshes.fused : meshes.objects);
         context.progress("write", 0.3);
-        if (meshes)
-            writeMeshes(out, scene.output, scene.output.separate ? objects : single, metresPerUnit(scene.units));
+        writeMeshes(out, scene.output, meshes.objects, metresPerUnit(scene.units));
         context.progress("write", 0.6);
         if (scene.output.vdb) writeVdb(out, scene, packing, kinds, placed);
     }

@@ -8,6 +8,7 @@
 #include <new>
 
 #include "pavel/core/error.h"
+#include "pavel/io/mesh_write.h"
 #include "pavel/core/shapes.h"
 #include "pavel/tools/commands.h"
 #include "pavel/tools/paged_heap.h"
@@ -63,10 +64,17 @@ int run(int argc, char** argv) {
 
     auto* shape = app.add_subcommand("shape", "writes a built-in base or element as a mesh");
     shape->add_option("NAME", name, "shape")->required();
-    shape->add_option("-o,--output", file, "mesh file: .obj, .ply, .stl, .glb")->required();
+    shape->add_option("-o,--output", file, "mesh file: " + pavel::meshFormatList())->required();
     shape->allow_extras();
     shape->footer([&] { return pavel::shapeHelp(name); });
     addCommon(*shape, common, false, voxel);
+
+    size_t vertices = 0;
+    auto* remesh = app.add_subcommand("remesh", "centroidal Voronoi remeshing: few, well-shaped triangles");
+    remesh->add_option("IN", name, "mesh")->required();
+    remesh->add_option("-o,--output", file, "mesh file: " + pavel::meshFormatList())->required();
+    remesh->add_option("--vertices", vertices, "of the result")->required();
+    addCommon(*remesh, common, false, voxel);
 
     int width = 1200, height = 1000;
     double azimuth = -60, elevation = 18, zoom = 1;
@@ -89,8 +97,7 @@ int run(int argc, char** argv) {
     validate->add_option("SCENE", scene, "scene file")->required();
     addCommon(*validate, common, true, voxel);
 
-    for (const char* later : {"remesh", "shell", "bench"})
-        app.add_subcommand(later, "not available yet")->allow_extras();
+    for (const char* later : {"shell", "bench"}) app.add_subcommand(later, "not available yet")->allow_extras();
 
     try {
         app.parse(argc, argv);
@@ -117,6 +124,8 @@ int run(int argc, char** argv) {
         pavel::commandExample(name, folder, common);
     else if (*shape)
         pavel::commandShape(name, shape->remaining(), file, common);
+    else if (*remesh)
+        pavel::commandRemesh(name, file, vertices, common);
     else if (*render)
         pavel::commandRender(name, file, width, height, azimuth, elevation, zoom, common);
     else if (*info)

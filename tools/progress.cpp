@@ -23,7 +23,8 @@ double now() {
 /// Share of a whole run that is over when a stage begins, and its own share: for the time left.
 std::pair<double, double> stageShare(const std::string& stage) {
     static const std::pair<const char*, double> shares[] = {{"seeding", 0.08}, {"voxelize", 0.15}, {"overlap", 0.07},
-                                                            {"growth", 0.5},   {"extract", 0.05},  {"write", 0.15}};
+                                                            {"growth", 0.5},   {"extract", 0.05},  {"remesh", 0.05},
+                                                            {"write", 0.1}};
     double before = 0;
     for (const auto& [name, share] : shares) {
         if (stage == name) return {before, share};

@@ -91,7 +91,7 @@ SeedSet seedOnly(const Scene& scene, const std::string& folder, bool force, RunC
     vdb.units = scene.units;
     vdb.digest = sceneDigest(scene);
     writeSeedsVdb(out.place("seeds.vdb"), set, vdb);
-    writeMesh(out.place("placed.glb"), objects, metresPerUnit(scene.units));
+    writeMesh(out.place("placed.glb"), objects, {metresPerUnit(scene.units)});
     if (scene.output.preview) renderPng(out.place("preview.png"), picture);
     context.check();
     out.commit();

@@ -30,11 +30,11 @@ int nearestId(const IdReader& ids, const Coord& c) {
 
 }  // namespace
 
-TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale) {
+TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale, double adaptivity) {
     std::vector<openvdb::Vec3s> points;
     std::vector<openvdb::Vec3I> triangles;
     std::vector<openvdb::Vec4I> quads;
-    openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0.0, 0.0, true);
+    openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0.0, adaptivity, true);
     TriangleMesh mesh;
     mesh.points.resize(points.size());
     for (size_t i = 0; i < points.size(); ++i) mesh.points[i] = scale * Vec3(points[i][0], points[i][1], points[i][2]);
@@ -56,20 +56,21 @@ TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale) {
     return mesh;
 }
 
-TriangleMesh extractElement(const Packing& packing, int id) {
+TriangleMesh extractElement(const Packing& packing, int id, double adaptivity) {
     const WorkTree::Ptr& tree = packing.grids->elements[size_t(id) - 1];
-    return tree ? levelSetMesh(*toFloatGrid(*tree), packing.voxelSize) : TriangleMesh{};
+    return tree ? levelSetMesh(*toFloatGrid(*tree), packing.voxelSize, adaptivity) : TriangleMesh{};
 }
 
-TriangleMesh extractBase(const Packing& packing) {
-    return levelSetMesh(*openvdb::FloatGrid::create(packing.grids->base), packing.voxelSize);
+TriangleMesh extractBase(const Packing& packing, double adaptivity) {
+    return levelSetMesh(*openvdb::FloatGrid::create(packing.grids->base), packing.voxelSize, adaptivity);
 }
 
-LabelledMesh extractFused(const Packing& packing, bool withBase) {
+LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity) {
     const PackedGrids& grids = *packing.grids;
     if (withBase && !grids.solid) throw RunError("the solid with the base was not asked for when packing");
     LabelledMesh out;
-    out.mesh = levelSetMesh(*openvdb::FloatGrid::create(withBase ? grids.solid : grids.surface), packing.voxelSize);
+    out.mesh = levelSetMesh(*openvdb::FloatGrid::create(withBase ? grids.solid : grids.surface), packing.voxelSize,
+                            adaptivity);
     out.ids.resize(out.mesh.triangles.size());
     tbb::parallel_for(size_t(0), (out.ids.size() + 4095) / 4096, [&](size_t chunk) {
         const IdReader ids(*grids.ids);

@@ -10,11 +10,13 @@ struct LabelledMesh {
     std::vector<int> ids;
 };
 
+/// `adaptivity` everywhere: in [0, 1], larger triangles where the surface is flat.
+
 /// One packed element; empty where it was swallowed. Closed, 2-manifold, world frame, scene units.
-TriangleMesh extractElement(const Packing& packing, int id);
+TriangleMesh extractElement(const Packing& packing, int id, double adaptivity = 0);
 /// The base as voxelised.
-TriangleMesh extractBase(const Packing& packing);
+TriangleMesh extractBase(const Packing& packing, double adaptivity = 0);
 /// All elements fused into one solid, with the base if it was asked for in the packing; triangles labelled by element.
-LabelledMesh extractFused(const Packing& packing, bool withBase);
+LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity = 0);
 
 }  // namespace pavel

@@ -22,7 +22,7 @@ TEST_P(MeshRoundTrip, KeepsTheSolid) {
     o.name = "pearl";
     o.mesh = makeShape("pearl");
     const std::string path = folder / (std::string("pearl.") + GetParam());
-    writeMesh(path, {o}, 1e-3);
+    writeMesh(path, {o});
     TriangleMesh back = readMesh(path);
     EXPECT_EQ(back.triangles.size(), o.mesh.triangles.size());
     makeSolid(back, path);
@@ -37,7 +37,7 @@ TEST(MeshWrite, ObjNamesItsObjects) {
     a.mesh = test::box({0, 0, 0}, {1, 1, 1});
     b.name = "base";
     b.mesh = test::box({2, 0, 0}, {3, 1, 1});
-    writeMesh(folder / "two.obj", {a, b}, 1e-3);
+    writeMesh(folder / "two.obj", {a, b});
     std::ifstream file(folder / "two.obj");
     const std::string text((std::istreambuf_iterator<char>(file)), {});
     EXPECT_NE(text.find("o element_00001_petal\n"), std::string::npos);
@@ -52,7 +52,7 @@ TEST(MeshWrite, GlbIsInMetresWithYUp) {
     MeshObject o;
     o.name = "thing";
     o.mesh = test::box({0, 0, 0}, {10, 20, 30});
-    writeMesh(folder / "t.glb", {o}, 1e-3);
+    writeMesh(folder / "t.glb", {o});
     std::ifstream file(folder / "t.glb", std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(file)), {});
     EXPECT_EQ(bytes.substr(0, 4), "glTF");
@@ -62,7 +62,7 @@ TEST(MeshWrite, GlbIsInMetresWithYUp) {
     EXPECT_NE(bytes.find("\"name\":\"thing\""), std::string::npos);
     // z up 30 mm becomes y up 0.03 m
     EXPECT_NE(bytes.find("0.02999999"), std::string::npos);
-    EXPECT_THROW(writeMesh(folder / "t.xyz", {o}, 1), InputError);
+    EXPECT_THROW(writeMesh(folder / "t.xyz", {o}), InputError);
 }
 
 TEST(MeshRead, PolygonsOffAndGzip) {

@@ -1,0 +1,235 @@
+#include "pavel/seeding/remesh.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "pavel/core/error.h"
+#include "pavel/seeding/coarsen.h"
+#include "pavel/seeding/remesher.h"
+
+namespace pavel {
+namespace {
+
+/// Edges longer than this are split, shorter ones collapsed, in spacings.
+constexpr double kLong = 1.4, kShort = 0.7;
+/// Cosine of the angle by which a triangle may lean from the surface at its corners, on a coarse level and on the last.
+constexpr double kFitCoarse = 0.6, kFitFine = 0.2;
+
+/// Length of an edge where all triangles are equilateral.
+double spacingOf(double area, size_t vertices) {
+    return std::sqrt(area / double(vertices) * 2 / std::sqrt(3.0));
+}
+
+}  // namespace
+
+void Remesher::startFrom(const Triangulation& dense) {
+    std::vector<int> kept, triangleOf(dense.place.size(), -1);
+    tri_ = Triangulation(dense.compact(kept));
+    const auto& triangles = surface_.mesh().triangles;
+    for (size_t t = 0; t < triangles.size(); ++t)
+        for (int v : triangles[t]) triangleOf[size_t(v)] = int(t);
+    on_.clear();
+    for (int v : kept) on_.push_back(surface_.pointOn(triangleOf[size_t(v)], dense.place[size_t(v)]));
+    kind_.assign(kept.size(), Kind::smooth);
+    along_.assign(kept.size(), Vec3(0, 0, 0));
+    optimum_ = tri_.place;
+    for (size_t v = 0; v < kept.size(); ++v)
+        if (tri_.mesh.is_boundary(Vertex(int(v)))) kind_[v] = Kind::boundary;
+}
+
+double Remesher::lengthOf(Edge e) const {
+    const Halfedge h = tri_.mesh.halfedge_handle(e, 0);
+    return length(tri_.at(tri_.mesh.from_vertex_handle(h)) - tri_.at(tri_.mesh.to_vertex_handle(h)));
+}
+
+/// Does the edge run along a crease?
+bool Remesher::follows(Vertex a, Vertex b) const {
+    const Vec3 d = normalized(tri_.at(b) - tri_.at(a));
+    const auto agrees = [&](Vertex v) {
+        const size_t i = size_t(v.idx());
+        return kind_[i] == Kind::corner || kind_[i] == Kind::boundary ||
+               (kind_[i] == Kind::crease && std::abs(dot(d, along_[i])) > 0.7);
+    };
+    return agrees(a) && agrees(b);
+}
+
+/// Does a triangle face as the surface does at its corners? Creases say nothing.
+bool Remesher::fits(Vertex a, Vertex b, Vertex c) const {
+    const Vec3 n = normalized(normal(a, b, c));
+    for (Vertex v : {a, b, c})
+        if (kind_[size_t(v.idx())] == Kind::smooth && dot(n, on_[size_t(v.idx())].normal) < fit_) return false;
+    return true;
+}
+
+/// Would the triangles that a collapse moves fit?
+bool Remesher::staysClose(Halfedge h) const {
+    const Connectivity& m = tri_.mesh;
+    const Vertex from = m.from_vertex_handle(h), to = m.to_vertex_handle(h);
+    for (auto it = m.cvoh_ccwbegin(from); it.is_valid(); ++it) {
+        if (m.is_boundary(*it)) continue;
+        const Vertex a = m.to_vertex_handle(*it), b = m.to_vertex_handle(m.next_halfedge_handle(*it));
+        if (a != to && b != to && !fits(to, a, b)) return false;
+    }
+    return true;
+}
+
+/// Merges an edge's vertices; what lies on a crease stays there.
+bool Remesher::collapse(Edge e, double longest) {
+    const Connectivity& m = tri_.mesh;
+    Halfedge h = m.halfedge_handle(e, 0);
+    const auto kindOf = [&](Vertex v) { return kind_[size_t(v.idx())]; };
+    const Vertex a = m.from_vertex_handle(h), b = m.to_vertex_handle(h);
+    const auto sameCrease = [&] {
+        const Vec3 &u = along_[size_t(a.idx())], &v = along_[size_t(b.idx())], d = tri_.at(b) - tri_.at(a);
+        return kindOf(a) == Kind::crease && kindOf(b) == Kind::crease && std::abs(dot(u, v)) > 0.7 &&
+               length(d - dot(d, u) * u) < 0.3 * spacing_;
+    };
+    if (kindOf(a) != Kind::smooth && kindOf(b) != Kind::smooth && !follows(a, b) && !sameCrease()) return false;
+    if (kindOf(a) > kindOf(b)) h = m.opposite_halfedge_handle(h);
+    if (!staysClose(h)) return false;
+    return tri_.collapse(h, longest, 0.5);
+}
+
+void Remesher::split(Edge e) {
+    const Connectivity& m = tri_.mesh;
+    const Halfedge h = m.halfedge_handle(e, 0);
+    const size_t a = size_t(m.from_vertex_handle(h).idx()), b = size_t(m.to_vertex_handle(h).idx());
+    Kind kind = follows(m.from_vertex_handle(h), m.to_vertex_handle(h)) ? Kind::crease : Kind::smooth;
+    if (m.is_boundary(e)) kind = Kind::boundary;
+    on_.push_back(surface_.walked(on_[a], 0.5 * (tri_.place[b] - tri_.place[a])));
+    tri_.place.push_back(on_.back().position);
+    optimum_.push_back(on_.back().position);
+    along_.push_back(normalized(tri_.place[b] - tri_.place[a]));
+    kind_.push_back(kind);
+    tri_.mesh.split(e, tri_.mesh.add_vertex({0, 0, 0}));
+    ++tri_.vertices;
+}
+
+/// Splits long edges and collapses short ones: this is what heals faults in the pattern.
+void Remesher::anneal() {
+    const double target = spacing_ * std::sqrt(double(tri_.vertices) / double(count_));
+    const size_t edges = tri_.mesh.n_edges();
+    for (size_t i = 0; i < edges; ++i)
+        if (alive(Edge(int(i))) && lengthOf(Edge(int(i))) > kLong * target) split(Edge(int(i)));
+    for (size_t i = 0; i < tri_.mesh.n_edges(); ++i)
+        if (alive(Edge(int(i))) && lengthOf(Edge(int(i))) < kShort * target) collapse(Edge(int(i)), kLong * target);
+}
+
+/// Every triangle into four: the new vertices have six neighbours, so that the pattern's order is handed on.
+void Remesher::subdivide() {
+    std::vector<int> kept;
+    TriangleMesh fine = tri_.compact(kept);
+    std::vector<SurfacePoint> on;
+    for (int v : kept) on.push_back(on_[size_t(v)]);
+    std::map<std::pair<int, int>, int> middles;
+    const auto middle = [&](int a, int b) {
+        const auto [it, isNew] = middles.emplace(std::minmax(a, b), int(fine.points.size()));
+        if (isNew) {
+            on.push_back(surface_.walked(on[size_t(a)], 0.5 * (fine.points[size_t(b)] - fine.points[size_t(a)])));
+            fine.points.push_back(on.back().position);
+        }
+        return it->second;
+    };
+    std::vector<Triangle> triangles;
+    for (const Triangle& t : fine.triangles) {
+        const int ab = middle(t[0], t[1]), bc = middle(t[1], t[2]), ca = middle(t[2], t[0]);
+        triangles.insert(triangles.end(), {{t[0], ab, ca}, {ab, t[1], bc}, {ca, bc, t[2]}, {ab, bc, ca}});
+    }
+    fine.triangles = std::move(triangles);
+    tri_ = Triangulation(fine);
+    on_ = std::move(on);
+    kind_.assign(on_.size(), Kind::smooth);
+    along_.assign(on_.size(), Vec3(0, 0, 0));
+    optimum_ = tri_.place;
+    for (size_t v = 0; v < on_.size(); ++v)
+        if (tri_.mesh.is_boundary(Vertex(int(v)))) kind_[v] = Kind::boundary;
+}
+
+/// Exactly the number of vertices asked for: from where edges are short, or to where they are long.
+void Remesher::meetCount() {
+    std::vector<std::pair<double, int>> edges;
+    const double sign = tri_.vertices > count_ ? 1 : -1;
+    for (size_t i = 0; i < tri_.mesh.n_edges(); ++i)
+        if (alive(Edge(int(i)))) edges.emplace_back(sign * lengthOf(Edge(int(i))), int(i));
+    std::sort(edges.begin(), edges.end());
+    for (size_t k = 0; k < edges.size() && tri_.vertices != count_; ++k) {
+        const Edge e{edges[k].second};
+        if (!alive(e)) continue;
+        if (sign > 0)
+            collapse(e, 1e300);
+        else
+            split(e);
+    }
+}
+
+/// Rounds of flips and relaxation; the first of them also anneal.
+void Remesher::settle(int rounds, const std::function<void(double)>& report) {
+    for (int round = 0; round < rounds; ++round) {
+        if (round % 4 == 2 && round < rounds - 4) findCreases(true);
+        if (round < rounds * 3 / 10)
+            anneal();
+        else if (round == rounds * 3 / 10)
+            meetCount();
+        flipEdges(round < rounds * 7 / 10);
+        relax();
+        report(double(round + 1) / rounds);
+    }
+}
+
+Remeshed Remesher::run(const std::function<void(double)>& progress) {
+    const auto span = [&](double from, double to) {
+        return [&progress, from, to](double share) {
+            if (progress) progress(from + (to - from) * share);
+        };
+    };
+    constexpr size_t kLeastLevels = 400;
+    const size_t count = count_;
+    const double spacing = spacing_;
+    if (count >= kLeastLevels) {
+        // From coarse to fine, so that nearly all vertices come in rows (as in seeding/cvt.h).
+        count_ = count / 4;
+        spacing_ = 2 * spacing;
+        fit_ = kFitCoarse;
+        startFrom(coarsened(surface_, count_, spacing_, true));
+        settle(16, span(0.3, 0.5));
+        subdivide();
+    } else {
+        startFrom(coarsened(surface_, count, spacing, false));
+    }
+    count_ = count;
+    spacing_ = spacing;
+    fit_ = kFitFine;
+    settle(20, span(0.5, 0.95));
+    flipEdges(false);
+    improveWorst();
+    placeVertices();
+    Remeshed out;
+    std::vector<int> kept;
+    out.mesh = tri_.compact(kept);
+    for (const Triangle& t : out.mesh.triangles) out.source.push_back(on_[size_t(kept[size_t(t[0])])].triangle);
+    span(0, 1)(1);
+    return out;
+}
+
+Remeshed remeshed(const TriangleMesh& mesh, size_t vertices, const std::function<void(double)>& progress) {
+    if (vertices < 4)
+        throw InputError("a closed mesh has at least 4 vertices; ask for more than " + std::to_string(vertices));
+    if (mesh.points.size() <= vertices)
+        throw InputError("the mesh has " + std::to_string(mesh.points.size()) +
+                         " vertices; ask for fewer than that, not " + std::to_string(vertices));
+    // Clusters of triangles tell where creases are: none may be as large as a cluster.
+    TriangleMesh fine = manifold(mesh);
+    fine.groupNames.clear();
+    fine.groups.resize(mesh.triangles.size());
+    std::iota(fine.groups.begin(), fine.groups.end(), 0);
+    const double spacing = spacingOf(meshArea(mesh), vertices);
+    subdivideLongEdges(fine, 0.5 * spacing);
+    const std::vector<int> original = std::move(fine.groups);
+    fine.groups.clear();
+    Remeshed out = Remesher(std::move(fine), vertices, spacing).run(progress);
+    for (int& t : out.source) t = original[size_t(t)];
+    return out;
+}
+
+}  // namespace pavel

@@ -1,0 +1,177 @@
+// Where the creases are, from the triangles of the surface around each vertex.
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "pavel/seeding/remesher.h"
+
+namespace pavel {
+namespace {
+
+/// Normals around a vertex that differ by more than this share of their sum in a second direction make it a crease, in
+/// a third a corner.
+constexpr double kCrease = 0.05;
+/// The same with the neighbours' triangles, for a corner.
+constexpr double kCorner = 0.1;
+/// The same at the bottom of a slit, whose walls face each other.
+constexpr double kSlit = 1e-3;
+/// Mean normals shorter than this are of a surface that folds, as at the bottom of a slit.
+constexpr double kFolded = 0.45;
+/// Cosine of an angle that no triangle gets by the last move alone.
+constexpr double kSliver = 0.98;
+/// Vertices are moved onto a crease from no farther than this, in spacings.
+constexpr double kSnap = 0.7;
+
+}  // namespace
+
+void Planes::add(double area_, const Vec3& n, const Vec3& to) {
+    const Eigen::Vector3d e(n[0], n[1], n[2]);
+    a += area_ * e * e.transpose();
+    b += area_ * dot(n, to) * e;
+    normal += area_ * n;
+    area += area_;
+}
+
+void Planes::add(const Planes& o, const Vec3& from) {
+    a += o.a;
+    b += o.b + o.a * Eigen::Vector3d(from[0], from[1], from[2]);
+    normal += o.normal;
+    area += o.area;
+}
+
+bool Planes::folded() const {
+    return length(normal) < kFolded * area;
+}
+
+int Planes::solve(double share, int most, double reach, Vec3& move, Vec3& along) const {
+    move = Vec3(0, 0, 0);
+    if (!(area > 0)) return 0;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(a);
+    const Eigen::Vector3d values = solver.eigenvalues();  // ascending
+    const auto axis = [&](int k) {
+        return Vec3(solver.eigenvectors()(0, k), solver.eigenvectors()(1, k), solver.eigenvectors()(2, k));
+    };
+    along = axis(0);
+    for (int k = 2, rank = 0;; --k, ++rank) {
+        if (k < 0 || rank == most) return rank;
+        const double least = k == 1 && folded() ? std::min(share, kSlit) : share;
+        if (k < 2 && values[k] <= std::max(least, 1e-9) * values[2]) return rank;
+        const Vec3 next = move + b.dot(solver.eigenvectors().col(k)) / values[k] * axis(k);
+        if (length(next) > reach) return rank;
+        move = next;
+    }
+}
+
+/// Every triangle of the surface to the nearest vertex, spreading from the vertices' own triangles.
+void Remesher::assignTriangles() {
+    const auto& neighbours = surface_.neighbours();
+    const TriangleMesh& mesh = surface_.mesh();
+    const auto distance2 = [&](size_t t, int v) {
+        const Vec3 d = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3 - on_[size_t(v)].position;
+        return dot(d, d);
+    };
+    owner_.assign(mesh.triangles.size(), -1);
+    std::vector<int> layer, next;
+    for (size_t v = 0; v < on_.size(); ++v) {
+        int& owner = owner_[size_t(on_[v].triangle)];
+        if (owner >= 0 || tri_.mesh.status(Vertex(int(v))).deleted()) continue;
+        owner = int(v);
+        layer.push_back(on_[v].triangle);
+    }
+    while (!layer.empty()) {
+        next.clear();
+        for (int t : layer)
+            for (int n : neighbours[size_t(t)]) {
+                if (n < 0) continue;
+                const int offered = owner_[size_t(t)];
+                int& owner = owner_[size_t(n)];
+                if (owner == offered || (owner >= 0 && distance2(size_t(n), offered) >= distance2(size_t(n), owner)))
+                    continue;
+                owner = offered;
+                next.push_back(n);
+            }
+        std::swap(layer, next);
+    }
+}
+
+std::vector<Planes> Remesher::planesAround() const {
+    const TriangleMesh& mesh = surface_.mesh();
+    std::vector<Planes> planes(on_.size());
+    for (size_t t = 0; t < owner_.size(); ++t) {
+        if (owner_[t] < 0) continue;
+        const size_t v = size_t(owner_[t]);
+        const double area = triangleArea(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+        planes[v].add(area, surface_.faceNormal(int(t)), mesh.corner(t, 0) - on_[v].position);
+    }
+    return planes;
+}
+
+/// A corner lies on the creases of several vertices; it goes to the nearest.
+void Remesher::findCorners(const std::vector<Planes>& planes) {
+    std::vector<Vec3> corner(on_.size(), Vec3(1e300, 0, 0));
+    tbb::parallel_for(size_t(0), on_.size(), [&](size_t v) {
+        if (kind_[v] != Kind::crease || tri_.mesh.status(Vertex(int(v))).deleted()) return;
+        Planes sum = planes[v];
+        for (auto it = tri_.mesh.cvv_ccwbegin(Vertex(int(v))); it.is_valid(); ++it)
+            sum.add(planes[size_t(it->idx())], on_[size_t(it->idx())].position - on_[v].position);
+        Vec3 move, along;
+        if (!sum.folded() && sum.solve(kCorner, 3, spacing_, move, along) == 3) corner[v] = on_[v].position + move;
+    });
+    for (size_t v = 0; v < on_.size(); ++v) {
+        if (corner[v][0] > 1e299) continue;
+        bool nearest = true;
+        for (auto it = tri_.mesh.cvv_ccwbegin(Vertex(int(v))); it.is_valid(); ++it)
+            nearest &= length(tri_.at(*it) - corner[v]) > length(tri_.place[v] - corner[v]);
+        if (nearest) kind_[v] = Kind::corner, optimum_[v] = corner[v];
+    }
+}
+
+/// The planes of the triangles around each vertex tell by their rank what it stands on, and where it should.
+/// @param classify find out anew; else only the place
+void Remesher::findCreases(bool classify) {
+    assignTriangles();
+    const std::vector<Planes> planes = planesAround();
+    tbb::parallel_for(size_t(0), on_.size(), [&](size_t v) {
+        if (kind_[v] == Kind::boundary) return;
+        const int most = classify ? 3 : kind_[v] == Kind::smooth ? 1 : kind_[v] == Kind::crease ? 2 : 3;
+        Vec3 move;
+        const int rank = planes[v].solve(classify ? kCrease : 0, most, kSnap * spacing_, move, along_[v]);
+        kind_[v] = rank <= 1 ? Kind::smooth : rank == 2 ? Kind::crease : Kind::corner;
+        optimum_[v] = on_[v].position + move;
+    });
+    if (classify) findCorners(planes);
+}
+
+/// Off the surface to where the quadrics have their least: straight up or down where it is smooth.
+void Remesher::placeVertices() {
+    findCreases(false);
+    for (size_t v = 0; v < on_.size(); ++v) {
+        if (kind_[v] == Kind::boundary || tri_.mesh.status(Vertex(int(v))).deleted()) continue;
+        const Vec3 move = optimum_[v] - on_[v].position, before = tri_.place[v];
+        const double sharpest = sharpestAround(Vertex(int(v)), before);
+        tri_.place[v] =
+            kind_[v] == Kind::smooth ? on_[v].position + dot(move, on_[v].normal) * on_[v].normal : optimum_[v];
+        // Two that ask for the same place would make triangles without area.
+        if (const double now = sharpestAround(Vertex(int(v)), tri_.place[v]); now > kSliver && now > sharpest)
+            tri_.place[v] = before;
+    }
+    // In slits and pockets no larger than a triangle, vertices may have met: back to the surface, or apart.
+    const Connectivity& m = tri_.mesh;
+    for (bool onSurface : {true, false})
+        for (size_t f = 0; f < m.n_faces(); ++f) {
+            const OpenMesh::FaceHandle face{int(f)};
+            if (m.status(face).deleted()) continue;
+            const Halfedge h = m.halfedge_handle(face);
+            const Vertex corners[3] = {m.from_vertex_handle(h), m.to_vertex_handle(h),
+                                       m.to_vertex_handle(m.next_halfedge_handle(h))};
+            for (Vertex v : corners) {
+                if (length(normal(corners[0], corners[1], corners[2])) > 1e-4 * spacing_ * spacing_) break;
+                if (kind_[size_t(v.idx())] == Kind::boundary) continue;
+                tri_.place[size_t(v.idx())] =
+                    onSurface ? on_[size_t(v.idx())].position : tri_.at(v) + 0.5 * centroidStep(v);
+            }
+        }
+}
+
+}  // namespace pavel

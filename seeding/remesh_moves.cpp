@@ -1,0 +1,193 @@
+// Flips and moves of vertices.
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "pavel/seeding/remesher.h"
+
+namespace pavel {
+namespace {
+
+/// Triangles whose mean normal is shorter than this surround their vertex.
+constexpr double kAround = 0.4;
+/// Cosine of the dihedral angle from which on a pair of triangles is bent.
+constexpr double kBent = 0.85;
+
+/// Do two triangles with these normals make an edge?
+bool bent(const Vec3& n, const Vec3& m) {
+    const double d = dot(n, m);
+    return d <= 0 || d * d < kBent * kBent * dot(n, n) * dot(m, m);
+}
+
+}  // namespace
+
+/// Delaunay, or six neighbours, where it is flat; along the crease where it is bent.
+bool Remesher::wantsFlip(Edge e, bool byValence) const {
+    const Connectivity& m = tri_.mesh;
+    if (m.is_boundary(e)) return false;
+    const Halfedge h = m.halfedge_handle(e, 0), o = m.opposite_halfedge_handle(h);
+    const Vertex a = m.from_vertex_handle(h), b = m.to_vertex_handle(h),
+                 c = m.to_vertex_handle(m.next_halfedge_handle(h)), d = m.to_vertex_handle(m.next_halfedge_handle(o));
+    const Vec3 n1 = normal(a, b, c), n2 = normal(b, a, d);
+    const auto kindOf = [&](Vertex v) { return kind_[size_t(v.idx())]; };
+    if (kindOf(c) != Kind::smooth || kindOf(d) != Kind::smooth) {
+        // A sliver of three vertices of a crease goes to the side that the crease's edge then bounds.
+        constexpr double kFlat = -0.8;
+        for (const auto& [tip, far, side] : {std::make_tuple(c, d, n2), std::make_tuple(d, c, n1)})
+            if (kindOf(tip) != Kind::smooth && cosineAt(tip, a, b) < kFlat && cosineAt(far, a, b) > kFlat)
+                return dot(normal(c, d, b), side) > 0 && dot(normal(d, c, a), side) > 0;
+    }
+    const bool bentNow = bent(n1, n2);
+    if (!bentNow && !(byValence ? evensValence(a, b, c, d) : cosineAt(c, a, b) + cosineAt(d, a, b) < -1e-6))
+        return false;
+    const Vec3 m1 = normal(c, d, b), m2 = normal(d, c, a), mean = n1 + n2;
+    if (dot(m1, mean) <= 0 || dot(m2, mean) <= 0) return false;
+    if (bentNow || bent(m1, m2)) {
+        const double before = dot(normalized(n1), normalized(n2)), after = dot(normalized(m1), normalized(m2));
+        return !follows(a, b) && (follows(c, d) || after > before + 0.1);
+    }
+    if (!fits(c, d, b) || !fits(d, c, a)) return !(fits(a, b, c) && fits(b, a, d));
+    if (!byValence) return true;
+    constexpr double kSharp = 0.9;  // cosine of the least angle that a gain in order may cost
+    for (const auto& [p, q, r] : {std::array<Vertex, 3>{c, d, b}, std::array<Vertex, 3>{d, c, a}})
+        if (cosineAt(p, q, r) > kSharp || cosineAt(q, r, p) > kSharp || cosineAt(r, p, q) > kSharp) return false;
+    return true;
+}
+
+/// Would the other diagonal, from c to d, bring the numbers of neighbours nearer to six?
+bool Remesher::evensValence(Vertex a, Vertex b, Vertex c, Vertex d) const {
+    int change = 0;
+    for (const auto& [v, by] :
+         {std::make_pair(a, -1), std::make_pair(b, -1), std::make_pair(c, 1), std::make_pair(d, 1)})
+        change += 2 * by * (valence_[size_t(v.idx())] - (kind_[size_t(v.idx())] == Kind::boundary ? 4 : 6)) + 1;
+    return change < 0;
+}
+
+void Remesher::flipEdges(bool byValence) {
+    const Connectivity& m = tri_.mesh;
+    valence_.assign(on_.size(), 0);
+    for (size_t i = 0; i < m.n_edges(); ++i)
+        for (int side = 0; side < 2 && alive(Edge(int(i))); ++side)
+            ++valence_[size_t(m.to_vertex_handle(m.halfedge_handle(Edge(int(i)), side)).idx())];
+    for (int pass = 0; pass < 4; ++pass) {
+        size_t flips = 0;
+        for (size_t i = 0; i < m.n_edges(); ++i) {
+            const Edge e{int(i)};
+            if (!alive(e) || !wantsFlip(e, byValence)) continue;
+            const Halfedge h = m.halfedge_handle(e, 0);
+            const Vertex ends[2] = {m.from_vertex_handle(h), m.to_vertex_handle(h)};
+            if (!tri_.flip(e)) continue;
+            for (Vertex v : ends) --valence_[size_t(v.idx())];
+            ++valence_[size_t(m.from_vertex_handle(h).idx())], ++valence_[size_t(m.to_vertex_handle(h).idx())];
+            ++flips;
+        }
+        if (flips < count_ / 1000) break;
+    }
+}
+
+/// The least angle of the triangles around a vertex if it stood at p, as a cosine.
+double Remesher::sharpestAround(Vertex v, const Vec3& p) const {
+    double most = -1;
+    for (auto it = tri_.mesh.cvoh_ccwbegin(v); it.is_valid(); ++it) {
+        if (tri_.mesh.is_boundary(*it)) continue;
+        const Vec3 a = tri_.at(tri_.mesh.to_vertex_handle(*it)),
+                   b = tri_.at(tri_.mesh.to_vertex_handle(tri_.mesh.next_halfedge_handle(*it))), pa = normalized(a - p),
+                   ab = normalized(b - a), bp = normalized(p - b);
+        most = std::max({most, -dot(pa, bp), -dot(pa, ab), -dot(ab, bp)});
+    }
+    return most;
+}
+
+/// Would all triangles around a vertex face outward if it stood at p?
+bool Remesher::facesOut(Vertex v, const Vec3& p) const {
+    for (auto it = tri_.mesh.cvoh_ccwbegin(v); it.is_valid(); ++it) {
+        if (tri_.mesh.is_boundary(*it)) continue;
+        const Vec3 &a = tri_.at(tri_.mesh.to_vertex_handle(*it)),
+                   &b = tri_.at(tri_.mesh.to_vertex_handle(tri_.mesh.next_halfedge_handle(*it)));
+        if (dot(cross(a - p, b - p), on_[size_t(v.idx())].normal) <= 0) return false;
+    }
+    return true;
+}
+
+/// Last, the few triangles that are still sharp: their vertices look for a better place nearby.
+void Remesher::improveWorst() {
+    constexpr double kSharp = 0.8;  // cosine
+    constexpr int kDirections = 8;
+    for (int sweep = 0; sweep < 6; ++sweep)
+        for (size_t i = 0; i < on_.size(); ++i) {
+            const Vertex v{int(i)};
+            if (kind_[i] != Kind::smooth || tri_.mesh.status(v).deleted()) continue;
+            double best = sharpestAround(v, tri_.place[i]);
+            if (best < kSharp) continue;
+            const Vec3 u = anyPerpendicular(on_[i].normal), w = cross(on_[i].normal, u);
+            const SurfacePoint from = on_[i];
+            for (double reach : {0.3, 0.12, 0.04})
+                for (int k = 0; k < kDirections; ++k) {
+                    const double angle = 2 * kPi * k / kDirections;
+                    const SurfacePoint to =
+                        surface_.walked(from, reach * spacing_ * (std::cos(angle) * u + std::sin(angle) * w));
+                    const double sharpest = sharpestAround(v, to.position);
+                    if (sharpest < best && facesOut(v, to.position))
+                        best = sharpest, on_[i] = to, tri_.place[i] = to.position;
+                }
+        }
+}
+
+/// To the centroid of the triangles around it: what an optimal Delaunay triangulation asks for (L. Chen and M. Holst,
+/// Efficient mesh optimization schemes based on optimal Delaunay triangulations, 2011, section 3).
+Vec3 Remesher::centroidStep(Vertex v) const {
+    const Vec3& p = tri_.at(v);
+    Vec3 sum(0, 0, 0), normals(0, 0, 0);
+    double areas = 0;
+    for (auto it = tri_.mesh.cvoh_ccwbegin(v); it.is_valid(); ++it) {
+        const Vec3 a = tri_.at(tri_.mesh.to_vertex_handle(*it)) - p,
+                   b = tri_.at(tri_.mesh.to_vertex_handle(tri_.mesh.next_halfedge_handle(*it))) - p;
+        const Vec3 n = cross(a, b);
+        const double area = length(n);
+        normals += n;
+        sum += area / 3 * (a + b);
+        areas += area;
+    }
+    // The few vertices of a tiny part would all meet.
+    const bool around = length(normals) < kAround * areas;
+    return areas > 0 && !around ? sum / areas : Vec3(0, 0, 0);
+}
+
+/// Onto the crease, and along it to the middle between its neighbours there.
+Vec3 Remesher::creaseStep(Vertex v) const {
+    const size_t i = size_t(v.idx());
+    const Vec3& p = tri_.at(v);
+    Vec3 ahead(0, 0, 0), behind(0, 0, 0);
+    double bestAhead = 0.6, bestBehind = 0.6;
+    for (auto it = tri_.mesh.cvv_ccwbegin(v); it.is_valid(); ++it) {
+        if (kind_[size_t(it->idx())] == Kind::smooth) continue;
+        const Vec3 d = tri_.at(*it) - p;
+        const double c = dot(normalized(d), along_[i]);
+        if (c > bestAhead) bestAhead = c, ahead = d;
+        if (-c > bestBehind) bestBehind = -c, behind = d;
+    }
+    const bool between = bestAhead > 0.6 && bestBehind > 0.6;
+    const Vec3 onto = optimum_[i] - p;
+    return onto - dot(onto, along_[i]) * along_[i] +
+           (between ? 0.5 * dot(ahead + behind, along_[i]) * along_[i] : Vec3(0, 0, 0));
+}
+
+void Remesher::relax() {
+    std::vector<SurfacePoint> next(on_.size());
+    tbb::parallel_for(size_t(0), on_.size(), [&](size_t i) {
+        const Vertex v{int(i)};
+        next[i] = on_[i];
+        if (tri_.mesh.status(v).deleted() || kind_[i] == Kind::boundary) return;
+        Vec3 step = kind_[i] == Kind::smooth   ? centroidStep(v)
+                    : kind_[i] == Kind::crease ? creaseStep(v)
+                                               : optimum_[i] - tri_.at(v);
+        const double l = length(step);
+        if (l > 0.5 * spacing_) step *= 0.5 * spacing_ / l;
+        next[i] = surface_.walked(on_[i], step);
+    });
+    on_ = std::move(next);
+    for (size_t i = 0; i < on_.size(); ++i) tri_.place[i] = on_[i].position;
+}
+
+}  // namespace pavel

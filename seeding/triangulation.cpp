@@ -1,0 +1,139 @@
+#include "pavel/seeding/triangulation.h"
+
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <map>
+
+#include "pavel/core/error.h"
+#include "pavel/core/union_find.h"
+
+namespace pavel {
+
+namespace {
+
+/// Corners that share a vertex but no way around it over edges get vertices of their own.
+TriangleMesh withFansApart(TriangleMesh mesh) {
+    const auto neighbours = triangleNeighbours(mesh);
+    UnionFind corners(3 * mesh.triangles.size());
+    const auto cornerAt = [&](size_t t, int v) {
+        return int(3 * t) + (mesh.triangles[t][0] == v ? 0 : mesh.triangles[t][1] == v ? 1 : 2);
+    };
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k) {
+            const int n = neighbours[t][size_t(k)];
+            if (n < int(t)) continue;
+            for (int v : {mesh.triangles[t][size_t(k)], mesh.triangles[t][size_t((k + 1) % 3)]})
+                corners.join(cornerAt(t, v), cornerAt(size_t(n), v));
+        }
+    std::vector<int> first(mesh.points.size(), -1);  // fan that keeps the vertex
+    std::map<int, int> numberOf;                     // of the other fans
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (int k = 0; k < 3; ++k) {
+            int& v = mesh.triangles[t][size_t(k)];
+            const int fan = corners.find(int(3 * t) + k);
+            if (first[size_t(v)] < 0) first[size_t(v)] = fan;
+            if (first[size_t(v)] == fan) continue;
+            const auto [it, isNew] = numberOf.emplace(fan, int(mesh.points.size()));
+            if (isNew) mesh.points.push_back(mesh.points[size_t(v)]);
+            v = it->second;
+        }
+    return mesh;
+}
+
+void checkEdges(const TriangleMesh& mesh) {
+    std::vector<uint64_t> edges;
+    edges.reserve(3 * mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles)
+        for (size_t k = 0; k < 3; ++k) edges.push_back(uint64_t(t[k]) << 32 | uint64_t(t[(k + 1) % 3]));
+    tbb::parallel_sort(edges.begin(), edges.end());
+    if (std::adjacent_find(edges.begin(), edges.end()) != edges.end())
+        throw InputError(
+            "the mesh has an edge of more than two triangles, or neighbours that face opposite ways; repair it first");
+}
+
+}  // namespace
+
+TriangleMesh manifold(TriangleMesh mesh) {
+    checkEdges(mesh);
+    return withFansApart(std::move(mesh));
+}
+
+Triangulation::Triangulation(const TriangleMesh& from) : place(from.points), vertices(from.points.size()) {
+    mesh.reserve(from.points.size(), from.triangles.size() * 3 / 2 + 16, from.triangles.size());
+    for (size_t v = 0; v < from.points.size(); ++v) mesh.add_vertex({0, 0, 0});
+    for (const Triangle& t : from.triangles)
+        if (!mesh.add_face(Vertex(t[0]), Vertex(t[1]), Vertex(t[2])).is_valid())
+            throw InputError("the mesh is not manifold; repair it first");
+}
+
+/// Does the boundary run straight on at one of its vertices?
+bool Triangulation::straightAt(Vertex v) const {
+    constexpr double kStraight = 0.9;              // cosine of the turn
+    const Halfedge out = mesh.halfedge_handle(v);  // on the boundary, for a vertex that is
+    const Vec3 &p = at(v), &before = at(mesh.from_vertex_handle(mesh.prev_halfedge_handle(out))),
+               &after = at(mesh.to_vertex_handle(out));
+    return dot(normalized(p - before), normalized(after - p)) > kStraight;
+}
+
+bool Triangulation::collapse(Halfedge h, double longest, double turn) {
+    const Vertex from = mesh.from_vertex_handle(h), to = mesh.to_vertex_handle(h);
+    const Halfedge back = mesh.opposite_halfedge_handle(h);
+    const bool onBoundary = mesh.is_boundary(h) || mesh.is_boundary(back);
+    if (mesh.is_boundary(from) && (!onBoundary || !straightAt(from))) return false;
+    // No fin: the two vertices opposite keep three neighbours.
+    for (const Halfedge side : {h, back})
+        if (!mesh.is_boundary(side) && mesh.valence(mesh.to_vertex_handle(mesh.next_halfedge_handle(side))) <= 3)
+            return false;
+    const Vec3 &p = at(from), &q = at(to);
+    for (auto it = mesh.cvoh_ccwbegin(from); it.is_valid(); ++it) {
+        const Vertex a = mesh.to_vertex_handle(*it);
+        if (a == to) continue;
+        const Vec3& pa = at(a);
+        if (dot(pa - q, pa - q) > longest * longest) return false;
+        if (mesh.is_boundary(*it)) continue;
+        const Vertex b = mesh.to_vertex_handle(mesh.next_halfedge_handle(*it));
+        if (b == to) continue;
+        const Vec3 &pb = at(b), before = cross(pa - p, pb - p), after = cross(pa - q, pb - q);
+        const double s = dot(before, after);
+        if (s <= 0 || s * s < turn * turn * dot(before, before) * dot(after, after)) return false;
+    }
+    if (!mesh.is_collapse_ok(h)) return false;
+    mesh.collapse(h);
+    --vertices;
+    return true;
+}
+
+bool Triangulation::flip(OpenMesh::EdgeHandle e) {
+    if (mesh.is_boundary(e)) return false;
+    const Halfedge h = mesh.halfedge_handle(e, 0);
+    if (mesh.valence(mesh.from_vertex_handle(h)) <= 3 || mesh.valence(mesh.to_vertex_handle(h)) <= 3) return false;
+    if (!mesh.is_flip_ok(e)) return false;
+    mesh.flip(e);
+    return true;
+}
+
+TriangleMesh Triangulation::compact(std::vector<int>& kept) const {
+    TriangleMesh out;
+    std::vector<int> number(place.size(), -1);
+    kept.clear();
+    for (size_t v = 0; v < place.size(); ++v) {
+        const Vertex handle{int(v)};
+        if (mesh.status(handle).deleted() || mesh.is_isolated(handle)) continue;
+        number[v] = int(out.points.size());
+        out.points.push_back(place[v]);
+        kept.push_back(int(v));
+    }
+    for (size_t f = 0; f < mesh.n_faces(); ++f) {
+        const OpenMesh::FaceHandle face{int(f)};
+        if (mesh.status(face).deleted()) continue;
+        Halfedge h = mesh.halfedge_handle(face);
+        Triangle t;
+        for (int k = 0; k < 3; ++k, h = mesh.next_halfedge_handle(h))
+            t[size_t(k)] = number[size_t(mesh.to_vertex_handle(h).idx())];
+        out.triangles.push_back(t);
+    }
+    return out;
+}
+
+}  // namespace pavel

@@ -1,0 +1,28 @@
+#pragma once
+// The meshes that a run leaves.
+#include <optional>
+
+#include "pavel/core/run_context.h"
+#include "pavel/core/scene.h"
+#include "pavel/io/atomic_output.h"
+#include "pavel/io/mesh_write.h"
+#include "pavel/vdb/pack.h"
+
+namespace pavel {
+
+struct OutputMeshes {
+    std::vector<MeshObject> objects;               ///< what is written
+    std::optional<std::vector<MeshObject>> fused;  ///< for the picture, where the objects are apart
+};
+
+/// One fused object, coloured by element, or one for each element and the base.
+OutputMeshes extractMeshes(const Packing& packing, const std::vector<ElementKind>& kinds,
+                           const std::vector<PlacedElement>& placed, const OutputOptions& options);
+/// Remeshes all objects to `vertices` in sum, each to its share of the area. Where they have no more they stay as they
+/// are, and the context is warned.
+void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context);
+/// decoration.<format> for each format; STL has no objects, so it gets a file for each.
+void writeMeshes(const AtomicOutput& out, const OutputOptions& options, const std::vector<MeshObject>& objects,
+                 double metresPerUnit);
+
+}  // namespace pavel
