@@ -1,9 +1,12 @@
 #include "pavel/core/mesh.h"
 
 #include <algorithm>
+#include <map>
+#include <numeric>
 #include <tuple>
 
 #include "pavel/core/error.h"
+#include "pavel/core/union_find.h"
 
 namespace pavel {
 
@@ -128,6 +131,41 @@ double widestHeight(const TriangleMesh& mesh) {
 
 void scaleMesh(TriangleMesh& mesh, double factor) {
     for (Vec3& p : mesh.points) p *= factor;
+}
+
+TriangleMesh splitAtCreases(const TriangleMesh& mesh, double degrees, std::vector<int>& source) {
+    const double least = std::cos(degreesToRadians(degrees));
+    const auto neighbours = triangleNeighbours(mesh);
+    UnionFind corners(3 * mesh.triangles.size());
+    const auto cornerOf = [&](size_t t, int v) {
+        return int(3 * t) + (mesh.triangles[t][0] == v ? 0 : mesh.triangles[t][1] == v ? 1 : 2);
+    };
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+        for (size_t k = 0; k < 3; ++k) {
+            const int n = neighbours[t][k];
+            if (n < int(t) || dot(triangleNormal(mesh, t), triangleNormal(mesh, size_t(n))) < least) continue;
+            for (int v : {mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]})
+                corners.join(cornerOf(t, v), cornerOf(size_t(n), v));
+        }
+    TriangleMesh out = mesh;
+    source.resize(mesh.points.size());
+    std::iota(source.begin(), source.end(), 0);
+    std::vector<int> fanOf(mesh.points.size(), -1);  // that keeps the vertex
+    std::map<int, int> numberOf;                     // of the other fans
+    for (size_t c = 0; c < 3 * mesh.triangles.size(); ++c) {
+        int& v = out.triangles[c / 3][c % 3];
+        const int fan = corners.find(int(c));
+        int& kept = fanOf[size_t(v)];
+        if (kept < 0) kept = fan;
+        if (kept == fan) continue;
+        const auto [it, isNew] = numberOf.emplace(fan, int(out.points.size()));
+        if (isNew) {
+            out.points.push_back(mesh.points[size_t(v)]);
+            source.push_back(v);
+        }
+        v = it->second;
+    }
+    return out;
 }
 
 size_t removeUnusedVertices(TriangleMesh& mesh) {

@@ -52,6 +52,9 @@ double widestHeight(const TriangleMesh& mesh);
 void scaleMesh(TriangleMesh& mesh, double factor);
 /// The triangles of one named group, with unused vertices removed. Throws InputError where there is no such group.
 TriangleMesh groupSubmesh(const TriangleMesh& mesh, const std::string& group);
+/// The same surface with vertices of their own on each side of edges bent by more than the angle, so that vertex
+/// normals break there. `source`: the vertex that each was.
+TriangleMesh splitAtCreases(const TriangleMesh& mesh, double degrees, std::vector<int>& source);
 /// Drops vertices that no triangle uses; returns how many.
 size_t removeUnusedVertices(TriangleMesh& mesh);
 /// Point of the triangle (a, b, c) closest to p, with its barycentric weights (C. Ericson 2005, 5.1.5).

@@ -136,6 +136,11 @@ void validate(const Scene& s) {
          "variation.size must be at least 0 and below 1");
     checkMaterial(s.material.a, s.material.b, "material");
     need(std::isfinite(s.material.gap) && s.material.gap >= 0, "material.gap must be at least 0");
+    need(isFinite(s.shell.bed) && s.shell.bed.min() > 0, "shell.bed must be three lengths above 0");
+    need(std::isfinite(s.shell.clearance) && s.shell.clearance >= 0, "shell.clearance must be at least 0");
+    need(std::isfinite(s.shell.minThickness) && s.shell.minThickness >= 0, "shell.min_thickness must be at least 0");
+    need(s.shell.split != "count" || (s.shell.parts >= 1 && s.shell.parts <= 1000),
+         "shell.parts must be from 1 to 1000, or \"auto\", \"planes\" or { \"groups\": true }");
     need(!s.output.remeshVertices || *s.output.remeshVertices >= 4, "output.remesh.vertices must be at least 4");
     need(s.output.adaptivity >= 0 && s.output.adaptivity <= 1, "output.adaptivity must lie in [0, 1]");
 }

@@ -113,6 +113,16 @@ struct OutputOptions {
     bool withBase = true, preview = true;
 };
 
+/// How the decoration is taken apart for printing.
+struct ShellOptions {
+    std::string split = "auto";  ///< auto: as few parts as fit the bed and come off | count | planes | groups
+    int parts = 0;               ///< for count
+    Vec3 bed{200, 200, 200};     ///< of the printer; no part is larger
+    double clearance = 0.2;      ///< for glue, between parts and base
+    double minThickness = 0.8;   ///< of what holds neighbours together, and of thin places
+    bool layFlat = false;        ///< parts lie on z = 0 with their backs down, else they stay where they belong
+};
+
 struct Scene {
     std::string units = "mm";
     std::optional<double> voxelSize, resolution;
@@ -126,6 +136,7 @@ struct Scene {
     int refineIterations = 0;
     MaterialOptions material;
     OutputOptions output;
+    ShellOptions shell;
     std::string folder = ".";  ///< paths in the scene resolve against it
 };
 

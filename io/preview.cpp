@@ -170,6 +170,61 @@ void writePng(const std::string& path, int width, int height, const std::vector<
         throw RunError(path + ": the picture cannot be written (" + image.message + ")");
 }
 
+/// Digits of five by seven dots, a row each.
+constexpr uint8_t kDigits[10][7] = {
+    {14, 17, 19, 21, 25, 17, 14}, {4, 12, 4, 4, 4, 4, 14},    {14, 17, 1, 2, 4, 8, 31},   {31, 2, 4, 2, 1, 17, 14},
+    {2, 6, 10, 18, 31, 2, 2},     {31, 16, 30, 1, 1, 17, 14}, {6, 8, 16, 30, 17, 17, 14}, {31, 1, 2, 4, 8, 8, 8},
+    {14, 17, 17, 14, 17, 17, 14}, {14, 17, 17, 15, 1, 2, 12}};
+
+/// Writes each object's number where most of it is seen.
+void drawLabels(const Raster& raster, const Stage& stage, const View& view, std::vector<uint8_t>& rgb) {
+    if (view.labels.empty()) return;
+    struct Seen {
+        double x = 0, y = 0, count = 0;
+    };
+    std::vector<Seen> seen(view.labels.size());
+    for (int y = 0; y < raster.height; ++y)
+        for (int x = 0; x < raster.width; ++x) {
+            const int64_t id = raster.item[size_t(y) * size_t(raster.width) + size_t(x)];
+            if (id < 0) continue;
+            Seen& s = seen[stage.locate(id).first];
+            s.x += x, s.y += y, ++s.count;
+        }
+    // The pixel nearest to the middle of what is seen of it.
+    struct Spot {
+        double distance = 1e300;
+        int x = 0, y = 0;
+    };
+    std::vector<Spot> spots(seen.size());
+    for (int y = 0; y < raster.height; ++y)
+        for (int x = 0; x < raster.width; ++x) {
+            const int64_t id = raster.item[size_t(y) * size_t(raster.width) + size_t(x)];
+            if (id < 0) continue;
+            const size_t o = stage.locate(id).first;
+            const double d = std::hypot(x - seen[o].x / seen[o].count, y - seen[o].y / seen[o].count);
+            if (d < spots[o].distance) spots[o] = {d, x / kSuper, y / kSuper};
+        }
+    const int dot = std::max(2, view.height / 250);
+    const auto paint = [&](int x, int y, uint8_t value) {
+        if (x < 0 || y < 0 || x >= view.width || y >= view.height) return;
+        for (int k = 0; k < 3; ++k) rgb[(size_t(y) * size_t(view.width) + size_t(x)) * 3 + size_t(k)] = value;
+    };
+    for (size_t o = 0; o < seen.size(); ++o) {
+        const std::string& text = view.labels[o];
+        if (seen[o].count < 0.002 * raster.width * raster.height) continue;  // hardly seen
+        const int w = dot * (6 * int(text.size()) + 1), h = dot * 9, left = spots[o].x - w / 2,
+                  top = spots[o].y - h / 2;
+        for (int y = 0; y < h; ++y)
+            for (int x = 0; x < w; ++x) {
+                const int column = x / dot - 1, row = y / dot - 1;
+                const char c = column >= 0 && column % 6 < 5 ? text[size_t(column / 6)] : ' ';
+                const bool ink =
+                    c >= '0' && c <= '9' && row >= 0 && row < 7 && (kDigits[c - '0'][row] >> (4 - column % 6) & 1);
+                paint(left + x, top + y, ink ? 20 : 250);
+            }
+    }
+}
+
 double toLinear(double c) {
     return std::pow(c, 2.2);
 }
@@ -183,7 +238,9 @@ uint8_t toScreen(double c) {
 
 }  // namespace
 
-void renderPng(const std::string& path, const std::vector<MeshObject>& objects, const View& view) {
+namespace {
+
+std::vector<uint8_t> render(const std::vector<MeshObject>& objects, const View& view) {
     Bounds bounds;
     for (const MeshObject& o : objects)
         for (const Vec3& p : o.mesh.points) bounds.add(p);
@@ -279,7 +336,43 @@ void renderPng(const std::string& path, const std::vector<MeshObject>& objects, 
                 rgb[(size_t(py) * size_t(view.width) + size_t(px)) * 3 + size_t(k)] = toScreen(sum[k]);
         }
     });
-    writePng(path, view.width, view.height, rgb);
+    drawLabels(raster, stage, view, rgb);
+    return rgb;
+}
+
+/// Copies whose vertices are split at creases, so that normals break there.
+std::vector<MeshObject> creased(std::vector<MeshObject> objects) {
+    tbb::parallel_for(size_t(0), objects.size(), [&](size_t i) {
+        MeshObject& o = objects[i];
+        std::vector<int> source;
+        o.mesh = splitAtCreases(o.mesh, 40, source);
+        if (o.vertexColors.empty()) return;
+        std::vector<Vec3> colors;
+        for (int v : source) colors.push_back(o.vertexColors[size_t(v)]);
+        o.vertexColors = std::move(colors);
+    });
+    return objects;
+}
+
+}  // namespace
+
+void renderPng(const std::string& path, const std::vector<MeshObject>& objects, const View& view) {
+    renderPng(path, objects, std::vector<View>{view});
+}
+
+void renderPng(const std::string& path, const std::vector<MeshObject>& objects, const std::vector<View>& views) {
+    const bool sharp = std::any_of(views.begin(), views.end(), [](const View& v) { return v.sharpCreases; });
+    std::vector<MeshObject> split;
+    if (sharp) split = creased(objects);
+    const int height = views[0].height, width = views[0].width, all = width * int(views.size());
+    std::vector<uint8_t> rgb(size_t(all) * size_t(height) * 3);
+    for (size_t i = 0; i < views.size(); ++i) {
+        const std::vector<uint8_t> one = render(sharp ? split : objects, views[i]);
+        for (int y = 0; y < height; ++y)
+            std::copy_n(&one[size_t(y) * size_t(width) * 3], size_t(width) * 3,
+                        &rgb[(size_t(y) * size_t(all) + i * size_t(width)) * 3]);
+    }
+    writePng(path, all, height, rgb);
 }
 
 }  // namespace pavel

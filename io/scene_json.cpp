@@ -245,6 +245,33 @@ SeedingOptions readSeeding(const json& j, const std::string& where) {
     return s;
 }
 
+ShellOptions readShell(const json& j) {
+    JsonReader r(j, "shell");
+    ShellOptions o;
+    if (const json* parts = r.find("parts")) {
+        if (parts->is_number_integer()) {
+            o.split = "count";
+            o.parts = parts->get<int>();
+        } else if (parts->is_object()) {
+            JsonReader g(*parts, "shell.parts");
+            bool groups = false;
+            g.get("groups", groups);
+            g.finish();
+            if (groups) o.split = "groups";
+        } else {
+            o.split = JsonReader::as<std::string>(*parts, "shell.parts");
+            if (o.split != "auto" && o.split != "planes")
+                throw InputError("shell.parts: must be \"auto\", \"planes\", a number or { \"groups\": true }");
+        }
+    }
+    r.get("bed", o.bed);
+    r.get("clearance", o.clearance);
+    r.get("min_thickness", o.minThickness);
+    r.get("lay_flat", o.layFlat);
+    r.finish();
+    return o;
+}
+
 OutputOptions readOutput(const json& j) {
     JsonReader r(j, "output");
     OutputOptions o;
@@ -427,7 +454,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
             m.finish();
         }
         if (const json* j = r.find("output")) s.output = readOutput(*j);
-        if (r.find("shell")) throw InputError("shell: is not available yet");
+        if (const json* j = r.find("shell")) s.shell = readShell(*j);
         r.finish();
         validate(s);
     } catch (const InputError& e) {
@@ -494,6 +521,14 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
                       {"adaptivity", s.output.adaptivity},
                       {"with_base", s.output.withBase},
                       {"preview", s.output.preview}};
+    const ShellOptions& shell = s.shell;
+    root["shell"] = {{"parts", shell.split == "count"    ? ordered(shell.parts)
+                               : shell.split == "groups" ? ordered{{"groups", true}}
+                                                         : ordered(shell.split)},
+                     {"bed", vectorJson(shell.bed)},
+                     {"clearance", shell.clearance},
+                     {"min_thickness", shell.minThickness},
+                     {"lay_flat", shell.layFlat}};
     if (s.output.remeshVertices) root["output"]["remesh"] = {{"vertices", *s.output.remeshVertices}};
     return root.dump(2) + "\n";
 }

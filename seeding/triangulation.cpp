@@ -3,43 +3,12 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <map>
 
 #include "pavel/core/error.h"
-#include "pavel/core/union_find.h"
 
 namespace pavel {
 
 namespace {
-
-/// Corners that share a vertex but no way around it over edges get vertices of their own.
-TriangleMesh withFansApart(TriangleMesh mesh) {
-    const auto neighbours = triangleNeighbours(mesh);
-    UnionFind corners(3 * mesh.triangles.size());
-    const auto cornerAt = [&](size_t t, int v) {
-        return int(3 * t) + (mesh.triangles[t][0] == v ? 0 : mesh.triangles[t][1] == v ? 1 : 2);
-    };
-    for (size_t t = 0; t < mesh.triangles.size(); ++t)
-        for (int k = 0; k < 3; ++k) {
-            const int n = neighbours[t][size_t(k)];
-            if (n < int(t)) continue;
-            for (int v : {mesh.triangles[t][size_t(k)], mesh.triangles[t][size_t((k + 1) % 3)]})
-                corners.join(cornerAt(t, v), cornerAt(size_t(n), v));
-        }
-    std::vector<int> first(mesh.points.size(), -1);  // fan that keeps the vertex
-    std::map<int, int> numberOf;                     // of the other fans
-    for (size_t t = 0; t < mesh.triangles.size(); ++t)
-        for (int k = 0; k < 3; ++k) {
-            int& v = mesh.triangles[t][size_t(k)];
-            const int fan = corners.find(int(3 * t) + k);
-            if (first[size_t(v)] < 0) first[size_t(v)] = fan;
-            if (first[size_t(v)] == fan) continue;
-            const auto [it, isNew] = numberOf.emplace(fan, int(mesh.points.size()));
-            if (isNew) mesh.points.push_back(mesh.points[size_t(v)]);
-            v = it->second;
-        }
-    return mesh;
-}
 
 void checkEdges(const TriangleMesh& mesh) {
     std::vector<uint64_t> edges;
@@ -54,9 +23,10 @@ void checkEdges(const TriangleMesh& mesh) {
 
 }  // namespace
 
-TriangleMesh manifold(TriangleMesh mesh) {
+TriangleMesh manifold(const TriangleMesh& mesh) {
     checkEdges(mesh);
-    return withFansApart(std::move(mesh));
+    std::vector<int> source;
+    return splitAtCreases(mesh, 180, source);
 }
 
 Triangulation::Triangulation(const TriangleMesh& from) : place(from.points), vertices(from.points.size()) {

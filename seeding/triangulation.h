@@ -17,7 +17,7 @@ using Connectivity = OpenMesh::TriMesh_ArrayKernelT<TriangulationTraits>;
 
 /// Fit to be a triangulation: fans that touch in a vertex get one each.
 /// @throws InputError where an edge has more than two triangles, or neighbours face opposite ways
-TriangleMesh manifold(TriangleMesh mesh);
+TriangleMesh manifold(const TriangleMesh& mesh);
 
 /// Triangles whose vertices have their places outside of the connectivity.
 class Triangulation {

@@ -23,6 +23,7 @@ void commandRender(const std::string& input, const std::string& png, int width, 
     view.azimuthDegrees = azimuth;
     view.elevationDegrees = elevation;
     view.zoom = zoom;
+    view.sharpCreases = true;
     AtomicOutput out(png, false, options.force);
     std::vector<MeshObject> objects;
     objects.push_back(std::move(object));

@@ -22,6 +22,7 @@ void commandExample(const std::string& name, const std::string& folder, const Co
 void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file,
                   const CommonOptions& options);
 void commandRemesh(const std::string& input, const std::string& file, size_t vertices, const CommonOptions& options);
+void commandShell(const std::string& path, const std::string& folder, const CommonOptions& options);
 void commandRender(const std::string& input, const std::string& png, int width, int height, double azimuth,
                    double elevation, double zoom, const CommonOptions& options);
 void commandInfo(const std::vector<std::string>& files, const CommonOptions& options);

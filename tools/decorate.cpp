@@ -48,14 +48,8 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     const SeedSet seeds = loadSeeds(scene, base, kinds, context);
     const std::vector<PlacedElement> placed = placeElements(seeds.seeds, kinds);
 
-    PackOptions options;
-    options.voxelSize = h;
-    for (const ElementOptions& e : scene.elements)
-        options.kindMaterial.emplace_back(e.a.value_or(scene.material.a), e.b.value_or(scene.material.b));
+    PackOptions options = packOptions(scene, h);
     options.solidWithBase = scene.output.withBase;
-    options.contactByDepth = scene.material.contact == "depth";
-    options.gap = scene.material.gap;
-    options.recoverBaseLoss = scene.material.baseLoss == "recover";
     const Packing packing = pack(base, kinds, placed, options, context);
 
     Report report;

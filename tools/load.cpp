@@ -168,6 +168,17 @@ SeedSet loadSeeds(const Scene& scene, const TriangleMesh& base, const std::vecto
     return makeSeeds(base, kinds, scene, inputs, context);
 }
 
+PackOptions packOptions(const Scene& scene, double voxelSize) {
+    PackOptions options;
+    options.voxelSize = voxelSize;
+    for (const ElementOptions& e : scene.elements)
+        options.kindMaterial.emplace_back(e.a.value_or(scene.material.a), e.b.value_or(scene.material.b));
+    options.contactByDepth = scene.material.contact == "depth";
+    options.gap = scene.material.gap;
+    options.recoverBaseLoss = scene.material.baseLoss == "recover";
+    return options;
+}
+
 double sceneVoxelSize(const Scene& scene, const std::vector<ElementKind>& kinds) {
     if (scene.voxelSize) return *scene.voxelSize;
     return 2 * std::sqrt(meanFootprint(kinds, {}, scene.sizeVariation) / kPi) / *scene.resolution;

@@ -5,6 +5,7 @@
 #include "pavel/core/run_context.h"
 #include "pavel/core/scene.h"
 #include "pavel/seeding/surface_map.h"
+#include "pavel/vdb/pack.h"
 
 namespace pavel {
 
@@ -19,6 +20,7 @@ std::shared_ptr<const SurfaceMap> loadMask(const Scene& scene, const SeedingOpti
 /// Seeds of a scene: reads placements and makes offset surfaces where they are asked for.
 SeedSet loadSeeds(const Scene& scene, const TriangleMesh& base, const std::vector<ElementKind>& kinds,
                   RunContext& context);
+PackOptions packOptions(const Scene& scene, double voxelSize);
 /// h: as given, or from the resolution (voxels across a mean element's footprint diameter).
 double sceneVoxelSize(const Scene& scene, const std::vector<ElementKind>& kinds);
 

@@ -8,8 +8,8 @@
 #include <new>
 
 #include "pavel/core/error.h"
-#include "pavel/io/mesh_write.h"
 #include "pavel/core/shapes.h"
+#include "pavel/io/mesh_write.h"
 #include "pavel/tools/commands.h"
 #include "pavel/tools/paged_heap.h"
 
@@ -57,6 +57,11 @@ int run(int argc, char** argv) {
     seed->add_option("-o,--output", folder, "folder for the result (default: pavel-out)");
     addCommon(*seed, common, true, voxel);
 
+    auto* shell = app.add_subcommand("shell", "printable parts of the decoration, without the base");
+    shell->add_option("SCENE", scene, "scene file, or the folder of a run")->required();
+    shell->add_option("-o,--output", folder, "folder for the parts (default: pavel-out)");
+    addCommon(*shell, common, true, voxel);
+
     auto* example = app.add_subcommand("example", "lists the built-in scenes, or writes one");
     example->add_option("NAME", name, "scene to write");
     example->add_option("-o,--output", folder, "folder to write scene.json into");
@@ -97,7 +102,7 @@ int run(int argc, char** argv) {
     validate->add_option("SCENE", scene, "scene file")->required();
     addCommon(*validate, common, true, voxel);
 
-    for (const char* later : {"shell", "bench"}) app.add_subcommand(later, "not available yet")->allow_extras();
+    for (const char* later : {"bench"}) app.add_subcommand(later, "not available yet")->allow_extras();
 
     try {
         app.parse(argc, argv);
@@ -115,11 +120,14 @@ int run(int argc, char** argv) {
         common.overrides.push_back("voxel_size=" + std::to_string(voxel));
         common.overrides.push_back("resolution=null");
     }
-    if ((*decorate || *seed) && common.memoryLimit > 0) pavel::enablePagedHeap(common.memoryLimit, parentOf(folder));
+    if ((*decorate || *seed || *shell) && common.memoryLimit > 0)
+        pavel::enablePagedHeap(common.memoryLimit, parentOf(folder));
     if (*decorate)
         pavel::commandDecorate(scene, folder, common);
     else if (*seed)
         pavel::commandSeed(scene, folder, common);
+    else if (*shell)
+        pavel::commandShell(scene, folder, common);
     else if (*example)
         pavel::commandExample(name, folder, common);
     else if (*shape)

@@ -72,7 +72,9 @@ void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values)
     leaf->setValuesOn();
 }
 
-openvdb::FloatTree::Ptr unionTree(const std::vector<WorkTree::Ptr>& elements, bool touching) {
+}  // namespace
+
+openvdb::FloatTree::Ptr unionOf(const std::vector<WorkTree::Ptr>& elements, bool touching) {
     const ElementIndex index(leafBoxes(elements));
     const std::vector<Coord> origins = unionOrigins(elements);
     auto tree = std::make_shared<openvdb::FloatTree>(kBand);
@@ -88,6 +90,8 @@ openvdb::FloatTree::Ptr unionTree(const std::vector<WorkTree::Ptr>& elements, bo
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
     return tree;
 }
+
+namespace {
 
 /// Sets f(union, base) wherever the union has values.
 template <class F>
@@ -105,17 +109,21 @@ void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base, open
 
 }  // namespace
 
+openvdb::FloatTree::Ptr outside(const openvdb::FloatTree& all, const openvdb::FloatTree& base, float clearance) {
+    auto out = std::make_shared<openvdb::FloatTree>(kBand);
+    combine(all, base, *out, [clearance](float u, float b) { return std::max(u, clearance - b); });
+    return out;
+}
+
 void fuse(bool withSolid, bool touching, PackedGrids& grids) {
-    const openvdb::FloatTree::Ptr all = unionTree(grids.elements, touching);
+    const openvdb::FloatTree::Ptr all = unionOf(grids.elements, touching);
     if (withSolid) {
         openvdb::FloatTree solid(*grids.base);
         combine(*all, *grids.base, solid,
                 [touching](float u, float b) { return touching ? blendedMin(u, b) : std::min(u, b); });
         grids.solid = redistanced(solid);
     }
-    openvdb::FloatTree outside(kBand);
-    combine(*all, *grids.base, outside, [](float u, float b) { return std::max(u, -b); });
-    grids.surface = redistanced(outside);
+    grids.surface = redistanced(*outside(*all, *grids.base, 0));
 }
 
 openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements) {

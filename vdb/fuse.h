@@ -9,6 +9,11 @@ namespace pavel {
 /// fillet of a fraction of a voxel; where a gap was left nothing touches, and none is made.
 void fuse(bool withSolid, bool touching, PackedGrids& grids);
 
+/// Union of some elements, raw: right where it changes sign. `touching`: with the fillets.
+openvdb::FloatTree::Ptr unionOf(const std::vector<WorkTree::Ptr>& elements, bool touching);
+/// max(all, clearance - base), raw; the base's band must reach two voxels beyond the clearance (voxels).
+openvdb::FloatTree::Ptr outside(const openvdb::FloatTree& all, const openvdb::FloatTree& base, float clearance);
+
 /// Ids inside the packed elements; a voxel inside two (by rounding) goes to the one in which it lies deeper.
 openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements);
 
