@@ -66,12 +66,11 @@ void addObject(NMR::PLib3MFModel* model, const MeshObject& o, size_t number, dou
     require(NMR::lib3mf_meshobject_setgeometry(object, vertices.data(), DWORD(vertices.size()), triangles.data(),
                                                DWORD(triangles.size())),
             path);
-    if (o.vertexColors.empty()) {
-        Handle<NMR::PLib3MFDefaultPropertyHandler> all;
-        require(NMR::lib3mf_object_createdefaultpropertyhandler(object, all.out()), path);
-        NMR::MODELMESHCOLOR_SRGB color = colorOf(o.color);
-        require(NMR::lib3mf_defaultpropertyhandler_setcolor(all, &color), path);
-    } else {
+    Handle<NMR::PLib3MFDefaultPropertyHandler> all;
+    require(NMR::lib3mf_object_createdefaultpropertyhandler(object, all.out()), path);
+    NMR::MODELMESHCOLOR_SRGB color = colorOf(o.color);
+    require(NMR::lib3mf_defaultpropertyhandler_setcolor(all, &color), path);
+    if (!o.vertexColors.empty()) {
         // One colour for each triangle: slicers do not blend.
         std::vector<NMR::MODELMESHCOLOR_SRGB> colors;
         for (const Triangle& t : o.mesh.triangles) colors.push_back(colorOf(vertexColor(o, size_t(t[0]))));
@@ -97,7 +96,12 @@ void write3mf(const std::string& path, const std::vector<MeshObject>& objects, d
         if (!objects[i].mesh.triangles.empty()) addObject(model, objects[i], i + 1, scale, path);
     Handle<NMR::PLib3MFModelWriter> writer;
     require(NMR::lib3mf_model_querywriter(model, "3mf", writer.out()), path);
-    require(NMR::lib3mf_writer_writetofileutf8(writer, path.c_str()), path);
+    if (NMR::lib3mf_writer_writetofileutf8(writer, path.c_str()) != 0) {
+        DWORD code = 0;
+        LPCSTR message = nullptr;
+        NMR::lib3mf_getlasterror(writer, &code, &message);
+        throw RunError(path + ": writing failed (" + (message && *message ? message : "is the disk full?") + ")");
+    }
 }
 
 }  // namespace pavel

@@ -68,6 +68,13 @@ inline double toLinear(double c) {
     return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
+/// As given, or by the colour: rgb_d98c8c.
+inline std::string materialName(const MeshObject& o) {
+    char name[16];
+    std::snprintf(name, sizeof name, "rgb_%02x%02x%02x", unsigned(toByte(o.color[0])), unsigned(toByte(o.color[1])),
+                  unsigned(toByte(o.color[2])));
+    return o.material.empty() ? name : o.material;
+}
 /// @param materialFile write NAME.mtl beside it, too
 void writeObj(const std::string& path, const std::vector<MeshObject>& objects, bool materialFile);
 void writePly(const std::string& path, const std::vector<MeshObject>& objects);

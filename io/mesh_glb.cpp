@@ -51,16 +51,16 @@ void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, d
     model.buffers.resize(1);
     model.scenes.resize(1);
     model.defaultScene = 0;
-    std::vector<Vec3> materialColors;
+    std::vector<std::pair<std::string, Vec3>> materials;
     for (const MeshObject& o : objects) {
         if (o.mesh.triangles.empty()) continue;
         const Vec3 color = o.vertexColors.empty() ? o.color : Vec3(1, 1, 1);
         size_t material = 0;
-        while (material < materialColors.size() && !(materialColors[material] == color)) ++material;
-        if (material == materialColors.size()) {
-            materialColors.push_back(color);
+        while (material < materials.size() && materials[material] != std::make_pair(materialName(o), color)) ++material;
+        if (material == materials.size()) {
+            materials.emplace_back(materialName(o), color);
             tinygltf::Material m;
-            m.name = "material_" + std::to_string(material + 1);
+            m.name = materialName(o);
             m.pbrMetallicRoughness.baseColorFactor = {toLinear(color[0]), toLinear(color[1]), toLinear(color[2]), 1};
             m.pbrMetallicRoughness.metallicFactor = 0;
             m.pbrMetallicRoughness.roughnessFactor = 0.6;

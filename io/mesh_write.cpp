@@ -6,21 +6,9 @@
 
 namespace pavel {
 
-namespace {
-
-/// Materials of OBJ files are named by their colour: rgb_d98c8c.
-std::string materialName(const Vec3& color) {
-    char name[16];
-    std::snprintf(name, sizeof name, "rgb_%02x%02x%02x", unsigned(toByte(color[0])), unsigned(toByte(color[1])),
-                  unsigned(toByte(color[2])));
-    return name;
-}
-
-}  // namespace
-
 void writeObj(const std::string& path, const std::vector<MeshObject>& objects, bool materialFile) {
     std::map<std::string, Vec3> materials;
-    for (const MeshObject& o : objects) materials.emplace(materialName(o.color), o.color);
+    for (const MeshObject& o : objects) materials.emplace(materialName(o), o.color);
     const std::string library = path.substr(0, path.find_last_of('.')) + ".mtl";
     if (materialFile) {
         Output out(library);
@@ -35,7 +23,7 @@ void writeObj(const std::string& path, const std::vector<MeshObject>& objects, b
     size_t first = 1;
     for (const MeshObject& o : objects) {
         out.text("o " + o.name + "\n");
-        if (materialFile) out.text("usemtl " + materialName(o.color) + "\n");
+        if (materialFile) out.text("usemtl " + materialName(o) + "\n");
         for (size_t v = 0; v < o.mesh.points.size(); ++v) {
             const Vec3 p = o.mesh.points[v], c = vertexColor(o, v);
             out.print("v %.9g %.9g %.9g %.4g %.4g %.4g\n", p[0], p[1], p[2], c[0], c[1], c[2]);

@@ -13,6 +13,7 @@ struct MeshObject {
     std::string name;
     TriangleMesh mesh;
     Vec3 color{0.8, 0.8, 0.8};       ///< sRGB in [0, 1]
+    std::string material{};          ///< its name, one for each colour; empty: named by the colour
     std::vector<Vec3> vertexColors;  ///< sRGB; empty: `color` everywhere
     /// Where it stands, with a name each; none: as it is. GLB only, where the mesh is then stored once.
     std::vector<std::pair<std::string, Frame>> instances;

@@ -70,7 +70,10 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
         const StageTimer timer(context, "write");
         writeText(out.place("seeds.json"), seedsJson(seeds, kinds, scene.units));
         writeText(out.place("scene.json"), sceneJson(scene, folder));
-        if (scene.output.preview) renderPng(out.place("preview.png"), meshes.fused ? *meshes.fused : meshes.objects);
+        View view;
+        view.sharpCreases = scene.output.remeshVertices.has_value();
+        if (scene.output.preview)
+            renderPng(out.place("preview.png"), meshes.fused ? *meshes.fused : meshes.objects, view);
         context.progress("write", 0.3);
         writeMeshes(out, scene.output, meshes.objects, metresPerUnit(scene.units));
         context.progress("write", 0.6);

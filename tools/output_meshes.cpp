@@ -14,7 +14,7 @@ namespace {
 MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds,
                        const std::vector<PlacedElement>& placed) {
     MeshObject object;
-    object.name = "decoration";
+    object.name = object.material = "decoration";
     object.mesh = std::move(fused.mesh);
     object.vertexColors.assign(object.mesh.points.size(), kBaseColor);
     std::vector<char> decorated(object.mesh.points.size(), 0);
@@ -36,6 +36,7 @@ std::vector<MeshObject> separateObjects(const Packing& packing, const std::vecto
         objects[i].mesh = extractElement(packing, p.id, options.adaptivity);
         objects[i].name = objectName(p.id, kinds[size_t(p.kind)].name);
         objects[i].color = kinds[size_t(p.kind)].color;
+        objects[i].material = kinds[size_t(p.kind)].name;
     });
     objects.erase(
         std::remove_if(objects.begin(), objects.end(), [](const MeshObject& o) { return o.mesh.triangles.empty(); }),
@@ -45,6 +46,7 @@ std::vector<MeshObject> separateObjects(const Packing& packing, const std::vecto
         base.name = "base";
         base.mesh = extractBase(packing, options.adaptivity);
         base.color = kBaseColor;
+        base.material = "base";
         objects.push_back(std::move(base));
     }
     return objects;

@@ -14,6 +14,11 @@
 namespace pavel {
 namespace {
 
+std::string textOf(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {(std::istreambuf_iterator<char>(file)), {}};
+}
+
 class MeshRoundTrip : public testing::TestWithParam<const char*> {};
 
 TEST_P(MeshRoundTrip, KeepsTheSolid) {
@@ -28,7 +33,7 @@ TEST_P(MeshRoundTrip, KeepsTheSolid) {
     makeSolid(back, path);
     EXPECT_NEAR(meshVolume(back) / meshVolume(o.mesh), 1, 1e-5);
 }
-INSTANTIATE_TEST_SUITE_P(Formats, MeshRoundTrip, testing::Values("obj", "ply", "stl"));
+INSTANTIATE_TEST_SUITE_P(Formats, MeshRoundTrip, testing::Values("obj", "ply", "stl", "off"));
 
 TEST(MeshWrite, ObjNamesItsObjects) {
     const test::TemporaryFolder folder;
@@ -45,6 +50,67 @@ TEST(MeshWrite, ObjNamesItsObjects) {
     const MeshFacts f = meshFacts(readMesh(folder / "two.obj"));
     EXPECT_EQ(f.components, 2u);
     EXPECT_NEAR(f.volume, 2, 1e-9);
+}
+
+TEST(MeshWrite, ObjHasItsMaterialsBesideIt) {
+    const test::TemporaryFolder folder;
+    MeshObject o;
+    o.name = "thing";
+    o.mesh = test::box({0, 0, 0}, {1, 1, 1});
+    o.color = Vec3(1, 0.5, 0);
+    MeshFileOptions options;
+    options.materialFile = true;
+    writeMesh(folder / "t.obj", {o}, options);
+    EXPECT_NE(textOf(folder / "t.obj").find("mtllib t.mtl\no thing\nusemtl rgb_ff8000\n"), std::string::npos);
+    EXPECT_NE(textOf(folder / "t.mtl").find("newmtl rgb_ff8000\nKd 1 0.214 0\n"), std::string::npos);
+    EXPECT_NEAR(meshFacts(readMesh(folder / "t.obj")).volume, 1, 1e-9);
+}
+
+TEST(MeshWrite, UsdRefersToTheVolume) {
+    const test::TemporaryFolder folder;
+    MeshObject o;
+    o.name = "element_00001_a-b";
+    o.mesh = test::box({0, 0, 0}, {1, 2, 3});
+    MeshFileOptions options;
+    options.metresPerUnit = 0.01;
+    options.volume = "decoration.vdb";
+    writeMesh(folder / "t.usda", {o}, options);
+    const std::string text = textOf(folder / "t.usda");
+    EXPECT_EQ(text.find("#usda 1.0\n"), 0u);
+    for (const char* part :
+         {"metersPerUnit = 0.01\n", "upAxis = \"Z\"", "def Mesh \"element_00001_a_b\"",
+          "extent = [(0, 0, 0), (1, 2, 3)]", "asset filePath = @./decoration.vdb@", "subdivisionScheme = \"none\""})
+        EXPECT_NE(text.find(part), std::string::npos) << part;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}'));
+    EXPECT_EQ(std::count(text.begin(), text.end(), '['), std::count(text.begin(), text.end(), ']'));
+}
+
+/// What python's zip reader finds in a 3MF file: unit, objects, triangles, colour groups.
+TEST(MeshWrite, ThreeMfHoldsUnitsNamesAndColours) {
+    const test::TemporaryFolder folder;
+    MeshObject a, b;
+    a.name = "first";
+    a.mesh = test::box({0, 0, 0}, {1, 1, 1});
+    a.color = Vec3(1, 0, 0);
+    b.name = "second";
+    b.mesh = test::box({2, 0, 0}, {3, 1, 1});
+    b.vertexColors.assign(b.mesh.points.size(), Vec3(0, 1, 0));
+    MeshFileOptions options;
+    options.metresPerUnit = 0.0254;
+    writeMesh(folder / "t.3mf", {a, b}, options);
+    writeMesh(folder / "again.3mf", {a, b}, options);
+    EXPECT_EQ(textOf(folder / "t.3mf"), textOf(folder / "again.3mf"));
+    const std::string command = "/usr/bin/python3 -c \"import zipfile;print(zipfile.ZipFile('" + (folder / "t.3mf") +
+                                "').read('3D/3dmodel.model').decode())\" > " + (folder / "model.xml");
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    const std::string xml = textOf(folder / "model.xml");
+    for (const char* part : {"unit=\"inch\"", "name=\"first\"", "name=\"second\"", "#FF0000FF", "#00FF00FF"})
+        EXPECT_NE(xml.find(part), std::string::npos) << part;
+    size_t triangles = 0, items = 0;
+    for (size_t at = 0; (at = xml.find("<triangle ", at)) != std::string::npos; ++at) ++triangles;
+    for (size_t at = 0; (at = xml.find("<item ", at)) != std::string::npos; ++at) ++items;
+    EXPECT_EQ(triangles, 24u);
+    EXPECT_EQ(items, 2u);
 }
 
 TEST(MeshWrite, GlbIsInMetresWithYUp) {

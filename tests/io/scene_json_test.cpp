@@ -107,10 +107,32 @@ TEST(SceneJson, ErrorsNameTheKeyAndTheMend) {
     says(kScene, {"elements.1.name=petal"}, "is taken");
 }
 
-TEST(SceneJson, WhatIsNotThereYetIsRefused) {
-    for (const char* set : {"output.mesh=[\"3mf\"]", "output.remesh={\"vertices\":10}", "shell={}"}) {
+TEST(SceneJson, OutputAndShellAreCheckedByName) {
+    const std::pair<const char*, const char*> wrong[] = {{"output.mesh=[\"dae\"]", "output.mesh"},
+                                                         {"output.remesh={\"vertices\":0}", "output.remesh.vertices"},
+                                                         {"output.remesh={\"vertices\":-5}", "output.remesh.vertices"},
+                                                         {"output.adaptivity=2", "output.adaptivity"},
+                                                         {"shell.parts=\"some\"", "shell.parts"},
+                                                         {"shell.parts=0", "shell.parts"},
+                                                         {"shell.bed=[100,0,100]", "shell.bed"},
+                                                         {"shell.clearance=-1", "shell.clearance"},
+                                                         {"shell.min_thickness=-1", "shell.min_thickness"}};
+    for (const auto& [set, key] : wrong) {
         const std::string e = errorOf(kScene, {set});
-        EXPECT_NE(e.find("not available yet"), std::string::npos) << set << ": " << e;
+        EXPECT_NE(e.find(key), std::string::npos) << set << ": " << e;
+    }
+}
+
+TEST(SceneJson, ShellRoundTrip) {
+    for (const char* parts : {"\"planes\"", "7", "{\"groups\":true}"}) {
+        const Scene s = parse(kScene, {std::string("shell.parts=") + parts, "shell.bed=[90,80,70]",
+                                       "shell.lay_flat=true", "output.remesh.vertices=500"});
+        const Scene back = parse(sceneJson(s, "."));
+        EXPECT_EQ(back.shell.split, s.shell.split);
+        EXPECT_EQ(back.shell.parts, s.shell.parts);
+        EXPECT_EQ(back.shell.bed, Vec3(90, 80, 70));
+        EXPECT_TRUE(back.shell.layFlat);
+        EXPECT_EQ(back.output.remeshVertices, size_t(500));
     }
 }
 

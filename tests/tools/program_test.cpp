@@ -45,11 +45,9 @@ TEST(Program, HelpVersionAndUsage) {
     EXPECT_EQ(run("decorate").status, 2);
     EXPECT_EQ(run("fly").status, 2);
     EXPECT_EQ(run("decorate x.json --threads 0").status, 2);
-    for (const char* verb : {"remesh x", "shell x", "bench"}) {
-        const Outcome o = run(verb);
-        EXPECT_EQ(o.status, 2);
-        EXPECT_NE(o.text.find("not available yet"), std::string::npos);
-    }
+    const Outcome o = run("bench");
+    EXPECT_EQ(o.status, 2);
+    EXPECT_NE(o.text.find("not available yet"), std::string::npos);
 }
 
 TEST(Program, MissingInputsAreNamed) {
