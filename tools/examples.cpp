@@ -51,6 +51,25 @@ const std::vector<Example>& examples() {
   "output": { "mesh": ["glb", "stl"] }
 }
 )"},
+        {"glass", "glass with 500 stones of several shapes, and its shell in printable parts", R"({
+  // A decoration for a real glass: run it with  pavel decorate scene.json -o result
+  // and print it from the parts that  pavel shell scene.json -o parts  writes.
+  "units": "mm",
+  "voxel_size": 0.25,
+  "base": { "shape": "glass" },
+  "elements": [
+    { "name": "stone", "shape": "pebble", "length": 10, "width": 8.2, "height": 5.6, "weight": 2, "color": "#a9a295" },
+    { "name": "drop", "shape": "pearl", "radius": 3.9, "weight": 1, "color": "#7d8c94" },
+    { "name": "bean", "shape": "bean", "length": 10.5, "thickness": 5.2, "weight": 1, "color": "#b59a7c" }
+  ],
+  "seeding": { "count": 500 },
+  "orientation": { "rotation": "random" },
+  "variation": { "size": 0.1 },
+  "refine": { "iterations": 20 },
+  "output": { "mesh": ["glb", "3mf"] },
+  "shell": { "parts": "auto", "bed": [180, 180, 180], "clearance": 0.3, "min_thickness": 1.2 }
+}
+)"},
         {"amphora", "amphora with 358 petals on stripes that cross at 60 degrees", R"({
   "units": "mm",
   "voxel_size": 0.5,

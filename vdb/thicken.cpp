@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <unordered_set>
 
 namespace pavel {
 namespace {
@@ -58,7 +59,21 @@ openvdb::FloatTree::Ptr thickened(const openvdb::FloatTree& solid, double radius
             if (isThin(phi, c, radius)) found[k].push_back(c);
         }
     });
-    for (const auto& list : found) places += list.size();
+    // A few voxels alone are a tip or noise; a thin place is a sheet or a wire of them.
+    std::unordered_set<Coord, CoordHash> all;
+    for (const auto& list : found) all.insert(list.begin(), list.end());
+    for (auto& list : found) {
+        const auto alone = [&](const Coord& c) {
+            const int reach = int(std::ceil(radius));
+            int near = 0;
+            for (int x = -reach; x <= reach; ++x)
+                for (int y = -reach; y <= reach; ++y)
+                    for (int z = -reach; z <= reach; ++z) near += int(all.count(c.offsetBy(x, y, z)));
+            return near < std::max(4, 2 * reach);
+        };
+        list.erase(std::remove_if(list.begin(), list.end(), alone), list.end());
+        places += list.size();
+    }
     if (places == 0) return nullptr;
     auto thick = std::make_shared<openvdb::FloatTree>(solid);
     openvdb::tree::ValueAccessor<openvdb::FloatTree> values(*thick);
