@@ -105,6 +105,12 @@ std::string meshFormatList() {
     return text;
 }
 
+void checkMeshName(const std::string& path) {
+    const std::string ending = path.substr(path.find_last_of('.') + 1);
+    if (std::find(meshFormats().begin(), meshFormats().end(), ending) == meshFormats().end())
+        throw InputError(path + ": unknown kind of mesh; use " + meshFormatList());
+}
+
 void writeMesh(const std::string& path, const std::vector<MeshObject>& objects, const MeshFileOptions& options) {
     const std::string ending = path.substr(path.find_last_of('.') + 1);
     if (ending == "obj")
@@ -122,7 +128,7 @@ void writeMesh(const std::string& path, const std::vector<MeshObject>& objects, 
     else if (ending == "usda")
         writeUsda(path, objects, options);
     else
-        throw InputError(path + ": unknown kind of mesh; use " + meshFormatList());
+        checkMeshName(path);
 }
 
 }  // namespace pavel

@@ -30,6 +30,9 @@ struct MeshFileOptions {
 /// @throws RunError where the file cannot be written, InputError for an unknown ending
 void writeMesh(const std::string& path, const std::vector<MeshObject>& objects, const MeshFileOptions& options = {});
 
+/// Before the work: can writeMesh write a file of this name?
+/// @throws InputError for an unknown ending
+void checkMeshName(const std::string& path);
 /// Endings that writeMesh knows, and the same for messages.
 const std::vector<std::string>& meshFormats();
 std::string meshFormatList();

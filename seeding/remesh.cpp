@@ -75,7 +75,7 @@ bool Remesher::staysClose(Halfedge h) const {
 }
 
 /// Merges an edge's vertices; what lies on a crease stays there.
-bool Remesher::collapse(Edge e, double longest) {
+bool Remesher::collapse(Edge e, double longest, double turn) {
     const Connectivity& m = tri_.mesh;
     Halfedge h = m.halfedge_handle(e, 0);
     const auto kindOf = [&](Vertex v) { return kind_[size_t(v.idx())]; };
@@ -88,7 +88,7 @@ bool Remesher::collapse(Edge e, double longest) {
     if (kindOf(a) != Kind::smooth && kindOf(b) != Kind::smooth && !follows(a, b) && !sameCrease()) return false;
     if (kindOf(a) > kindOf(b)) h = m.opposite_halfedge_handle(h);
     if (!staysClose(h)) return false;
-    return tri_.collapse(h, longest, 0.5);
+    return tri_.collapse(h, longest, turn);
 }
 
 void Remesher::split(Edge e) {
@@ -113,7 +113,8 @@ void Remesher::anneal() {
     for (size_t i = 0; i < edges; ++i)
         if (alive(Edge(int(i))) && lengthOf(Edge(int(i))) > kLong * target) split(Edge(int(i)));
     for (size_t i = 0; i < tri_.mesh.n_edges(); ++i)
-        if (alive(Edge(int(i))) && lengthOf(Edge(int(i))) < kShort * target) collapse(Edge(int(i)), kLong * target);
+        if (alive(Edge(int(i))) && lengthOf(Edge(int(i))) < kShort * target)
+            collapse(Edge(int(i)), kLong * target, 0.5);
 }
 
 /// Every triangle into four: the new vertices have six neighbours, so that the pattern's order is handed on.
@@ -148,19 +149,26 @@ void Remesher::subdivide() {
 
 /// Exactly the number of vertices asked for: from where edges are short, or to where they are long.
 void Remesher::meetCount() {
-    std::vector<std::pair<double, int>> edges;
-    const double sign = tri_.vertices > count_ ? 1 : -1;
-    for (size_t i = 0; i < tri_.mesh.n_edges(); ++i)
-        if (alive(Edge(int(i)))) edges.emplace_back(sign * lengthOf(Edge(int(i))), int(i));
-    std::sort(edges.begin(), edges.end());
-    for (size_t k = 0; k < edges.size() && tri_.vertices != count_; ++k) {
-        const Edge e{edges[k].second};
-        if (!alive(e)) continue;
-        if (sign > 0)
-            collapse(e, 1e300);
-        else
-            split(e);
+    const double held = fit_;
+    // Where slits and tunnels resist, shape gives way before the number does; topology never.
+    for (double fit : {held, -1.0, -2.0}) {
+        if (tri_.vertices == count_) break;
+        fit_ = fit;
+        std::vector<std::pair<double, int>> edges;
+        const double sign = tri_.vertices > count_ ? 1 : -1;
+        for (size_t i = 0; i < tri_.mesh.n_edges(); ++i)
+            if (alive(Edge(int(i)))) edges.emplace_back(sign * lengthOf(Edge(int(i))), int(i));
+        std::sort(edges.begin(), edges.end());
+        for (size_t k = 0; k < edges.size() && tri_.vertices != count_; ++k) {
+            const Edge e{edges[k].second};
+            if (!alive(e)) continue;
+            if (sign > 0)
+                collapse(e, 1e300, fit < -1 ? 0 : 0.5);
+            else
+                split(e);
+        }
     }
+    fit_ = held;
 }
 
 /// Rounds of flips and relaxation; the first of them also anneal.

@@ -150,7 +150,7 @@ Vec3 Remesher::centroidStep(Vertex v) const {
         areas += area;
     }
     // The few vertices of a tiny part would all meet.
-    const bool around = length(normals) < kAround * areas;
+    const bool around = length(normals) < kAround * areas && tri_.mesh.valence(v) <= 4;
     return areas > 0 && !around ? sum / areas : Vec3(0, 0, 0);
 }
 

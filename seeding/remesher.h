@@ -63,7 +63,7 @@ class Remesher {
     double lengthOf(Edge e) const;
     bool fits(Vertex a, Vertex b, Vertex c) const;
     bool staysClose(Halfedge h) const;
-    bool collapse(Edge e, double longest);
+    bool collapse(Edge e, double longest, double turn);
     void split(Edge e);
     void anneal();
     void meetCount();

@@ -11,6 +11,7 @@
 namespace pavel {
 
 void commandRemesh(const std::string& input, const std::string& file, size_t vertices, const CommonOptions& options) {
+    checkMeshName(file);
     CommandContext context(options);
     AtomicOutput out(file, false, options.force);
     MeshObject object;

@@ -33,6 +33,7 @@ std::string shapeHelp(const std::string& name) {
 
 void commandShape(const std::string& name, const std::vector<std::string>& parameters, const std::string& file,
                   const CommonOptions& options) {
+    checkMeshName(file);
     ShapeParameters values;
     for (size_t i = 0; i < parameters.size(); ++i) {
         std::string key = parameters[i], value;

@@ -78,7 +78,7 @@ int run(int argc, char** argv) {
     auto* remesh = app.add_subcommand("remesh", "centroidal Voronoi remeshing: few, well-shaped triangles");
     remesh->add_option("IN", name, "mesh")->required();
     remesh->add_option("-o,--output", file, "mesh file: " + pavel::meshFormatList())->required();
-    remesh->add_option("--vertices", vertices, "of the result")->required();
+    remesh->add_option("--vertices", vertices, "of the result")->required()->check(CLI::Range(4, 2000000000));
     addCommon(*remesh, common, false, voxel);
 
     int width = 1200, height = 1000;

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "pavel/core/mesh_check.h"
 #include "pavel/io/atomic_output.h"
+#include "pavel/io/mesh_read.h"
 #include "pavel/io/scene_json.h"
 #include "pavel/io/vdb_file.h"
 #include "pavel/tools/examples.h"
@@ -218,6 +220,65 @@ TEST(Program, ShapesAndExamples) {
     const Outcome o = run("validate " + (folder / "ex") + "/scene.json");
     EXPECT_EQ(o.status, 0);
     EXPECT_NE(o.text.find("decoration voxels"), std::string::npos);
+}
+
+TEST(Program, RemeshesAnyMesh) {
+    const test::TemporaryFolder folder;
+    ASSERT_EQ(run("shape pebble -o " + (folder / "pebble.ply")).status, 0);
+    const Outcome o = run("remesh " + (folder / "pebble.ply") + " -o " + (folder / "light.obj") + " --vertices 600");
+    EXPECT_EQ(o.status, 0) << o.text;
+    const TriangleMesh light = readMesh(folder / "light.obj"), dense = readMesh(folder / "pebble.ply");
+    EXPECT_EQ(light.points.size(), 600u);
+    EXPECT_TRUE(meshFacts(light).fit());
+    EXPECT_NEAR(meshVolume(light), meshVolume(dense), 1e-2 * meshVolume(dense));
+    const std::pair<const char*, const char*> wrong[] = {{"--vertices 0", "vertices"},
+                                                         {"--vertices -3", "vertices"},
+                                                         {"--vertices 1000000", "ask for fewer"},
+                                                         {"", "--vertices"}};
+    for (const auto& [arguments, word] : wrong) {
+        const Outcome e = run("remesh " + (folder / "pebble.ply") + " -o " + (folder / "x.ply") + " " + arguments);
+        EXPECT_EQ(e.status, 2);
+        EXPECT_NE(e.text.find(word), std::string::npos) << e.text;
+        EXPECT_FALSE(fs::exists(folder / "x.ply"));
+    }
+    EXPECT_EQ(run("remesh " + (folder / "pebble.ply") + " -o " + (folder / "x.abc") + " --vertices 600").status, 2);
+    EXPECT_EQ(run("remesh " + (folder / "pebble.ply") + " -o " + (folder / "light.obj") + " --vertices 600").status, 2);
+}
+
+TEST(Program, RemeshesItsOutput) {
+    const test::TemporaryFolder folder;
+    writeText(folder / "scene.json", kSmall);
+    for (const char* elements : {"merged", "separate"}) {
+        const std::string out = folder / elements;
+        const Outcome o =
+            run("decorate " + (folder / "scene.json") + " -o " + out +
+                " --set output.remesh.vertices=6000 --set 'output.mesh=[\"obj\"]' --set output.elements=" + elements +
+                " --quiet");
+        ASSERT_EQ(o.status, 0) << o.text;
+        const MeshFacts facts = meshFacts(readMesh(out + "/decoration.obj"));
+        EXPECT_TRUE(facts.closed());
+        EXPECT_NEAR(double(facts.vertices), 6000, 60);
+        const nlohmann::json report = nlohmann::json::parse(slurp(out + "/report.json"));
+        EXPECT_EQ(report["counts"]["final_triangles"], facts.triangles);
+        EXPECT_GT(report["counts"]["extracted_triangles"], 3 * facts.triangles);
+        EXPECT_TRUE(fs::exists(out + "/decoration.mtl"));
+    }
+}
+
+TEST(Program, ShellNamesWhatItCannotDo) {
+    const test::TemporaryFolder folder;
+    writeText(folder / "scene.json", kSmall);
+    const std::pair<const char*, const char*> wrong[] = {{"shell.bed=[5,5,5]", "shell.bed"},
+                                                         {"shell.clearance=9", "shell.clearance"},
+                                                         {"shell.parts=900", "shell.parts"},
+                                                         {"shell.parts.groups=true", "groups"}};
+    for (const auto& [set, word] : wrong) {
+        const Outcome o =
+            run("shell " + (folder / "scene.json") + " -o " + (folder / "parts") + " --voxel 0.9 --set " + set);
+        EXPECT_EQ(o.status, 2) << o.text;
+        EXPECT_NE(o.text.find(word), std::string::npos) << o.text;
+        EXPECT_FALSE(fs::exists(folder / "parts"));
+    }
 }
 
 TEST(Examples, AllParse) {
