@@ -177,6 +177,20 @@ TEST(Pack, MeshesAreClosedAndHoldTheVolume) {
     EXPECT_GT(double(decorated) / double(solid.ids.size()), 0.8);
 }
 
+TEST(Pack, AdaptiveMeshesAreClosedAndSmaller) {
+    const Packing& p = packedOnce();
+    const MeshFacts plain = meshFacts(extractFused(p, true).mesh);
+    for (double adaptivity : {0.02, 0.5}) {
+        const LabelledMesh adaptive = extractFused(p, true, adaptivity);
+        const MeshFacts f = meshFacts(adaptive.mesh);
+        EXPECT_TRUE(f.fit());
+        EXPECT_EQ(f.euler, plain.euler);
+        EXPECT_EQ(adaptive.ids.size(), f.triangles);
+        EXPECT_LT(f.triangles, plain.triangles * 0.75);
+        EXPECT_NEAR(f.volume / plain.volume, 1, 0.02);
+    }
+}
+
 TEST(Pack, DoesNotDependOnThreads) {
     const SmallScene scene;
     const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
