@@ -29,8 +29,8 @@ void cutToBand(openvdb::FloatTree& tree) {
 }
 
 /// Scales voxels to scene units and sets what other programs look for.
-FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Packing& packing,
-                        const VdbOptions& options) {
+FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Packing& packing, const VdbOptions& options,
+                        std::vector<std::string>& faults) {
     const float h = float(packing.voxelSize);
     cutToBand(grid->tree());
     grid->setTransform(openvdb::math::Transform::createLinearTransform(packing.voxelSize));
@@ -39,14 +39,17 @@ FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Pack
         float* values = leaf.buffer().data();
         for (openvdb::Index v = 0; v < openvdb::FloatTree::LeafNodeType::SIZE; ++v) values[v] *= h;
     });
-    // Flood filling with the scaled background renews the tiles.
-    grid->tree().root().setBackground(grid->background() * h, false);
+    // Flood filling with the scaled background renews the tiles. Rounding must not take it under the half width.
+    const double width = grid->background();
+    float background = float(width * packing.voxelSize);
+    while (background / packing.voxelSize < width) background = std::nextafter(background, 1e30f);
+    grid->tree().root().setBackground(background, false);
     openvdb::tools::signedFloodFill(grid->tree());
     grid->setName(name);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     // The ninth check, of gradients, finds fault with every crease.
     if (const std::string fault = openvdb::tools::checkLevelSet(*grid, 8); !fault.empty())
-        throw RunError("internal fault: the level set " + name + " is not clean: " + fault);
+        faults.push_back("the level set \"" + name + "\" is not clean: " + fault);
     grid->setSaveFloatAsHalf(options.half);
     grid->setCreator("Pavel " + std::string(version()));
     return grid;
@@ -96,16 +99,19 @@ void writeGrids(const std::string& path, const openvdb::GridPtrVec& grids, const
     if (!file) throw RunError(path + ": writing failed");
 }
 
-void writeDecorationVdb(const std::string& path, const Packing& packing, const VdbOptions& options) {
+std::vector<std::string> writeDecorationVdb(const std::string& path, const Packing& packing,
+                                            const VdbOptions& options) {
+    std::vector<std::string> faults;
     openvdb::GridPtrVec grids;
-    grids.push_back(finished(copyOf(*packing.grids->surface), "surface", packing, options));
-    grids.push_back(finished(copyOf(*packing.grids->base), "base", packing, options));
+    grids.push_back(finished(copyOf(*packing.grids->surface), "surface", packing, options, faults));
+    grids.push_back(finished(copyOf(*packing.grids->base), "base", packing, options, faults));
     if (options.fog) {
-        auto fog = finished(copyOf(*packing.grids->surface), "density", packing, options);
+        auto fog = finished(copyOf(*packing.grids->surface), "density", packing, options, faults);
         openvdb::tools::sdfToFogVolume(*fog);
         grids.push_back(fog);
     }
     writeGrids(path, grids, options);
+    return faults;
 }
 
 void writeElementIdVdb(const std::string& path, const Packing& packing, const VdbOptions& options) {
@@ -116,20 +122,22 @@ void writeElementIdVdb(const std::string& path, const Packing& packing, const Vd
     writeGrids(path, {grid}, options);
 }
 
-void writeElementsVdb(const std::string& path, const Packing& packing, const std::vector<std::string>& kindOfElement,
-                      const VdbOptions& options) {
+std::vector<std::string> writeElementsVdb(const std::string& path, const Packing& packing,
+                                          const std::vector<std::string>& kindOfElement, const VdbOptions& options) {
+    std::vector<std::string> faults;
     openvdb::GridPtrVec grids;
     for (size_t i = 0; i < packing.grids->elements.size(); ++i) {
         if (!packing.grids->elements[i]) continue;
         char name[32];
         std::snprintf(name, sizeof name, "element_%05zu", i + 1);
-        auto grid = finished(toFloatGrid(*packing.grids->elements[i]), name, packing, options);
+        auto grid = finished(toFloatGrid(*packing.grids->elements[i]), name, packing, options, faults);
         grid->insertMeta("id", openvdb::Int32Metadata(int(i) + 1));
         grid->insertMeta("kind", openvdb::StringMetadata(kindOfElement[i]));
         grid->insertMeta("volume", openvdb::DoubleMetadata(packing.elements[i].finalVolume));
         grids.push_back(grid);
     }
     writeGrids(path, grids, options);
+    return faults;
 }
 
 TriangleMesh readVdbSurface(const std::string& path) {

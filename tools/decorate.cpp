@@ -23,18 +23,21 @@ size_t triangleCount(const std::vector<MeshObject>& objects) {
 }
 
 void writeVdb(const AtomicOutput& out, const Scene& scene, const Packing& packing,
-              const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed) {
+              const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, RunContext& context) {
+    const auto warn = [&](const std::vector<std::string>& faults) {
+        for (const std::string& f : faults) context.warn(f);
+    };
     VdbOptions vdb;
     vdb.half = scene.output.half;
     vdb.fog = scene.output.fog;
     vdb.units = scene.units;
     vdb.digest = sceneDigest(scene);
-    writeDecorationVdb(out.place("decoration.vdb"), packing, vdb);
+    warn(writeDecorationVdb(out.place("decoration.vdb"), packing, vdb));
     writeElementIdVdb(out.place("element_id.vdb"), packing, vdb);
     if (!scene.output.separate) return;
     std::vector<std::string> names;
     for (const PlacedElement& p : placed) names.push_back(kinds[size_t(p.kind)].name);
-    writeElementsVdb(out.place("elements.vdb"), packing, names, vdb);
+    warn(writeElementsVdb(out.place("elements.vdb"), packing, names, vdb));
 }
 
 }  // namespace
@@ -77,7 +80,7 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
         context.progress("write", 0.3);
         writeMeshes(out, scene.output, meshes.objects, metresPerUnit(scene.units));
         context.progress("write", 0.6);
-        if (scene.output.vdb) writeVdb(out, scene, packing, kinds, placed);
+        if (scene.output.vdb) writeVdb(out, scene, packing, kinds, placed, context);
     }
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(out.place())) files.push_back(entry.path());
