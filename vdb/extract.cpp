@@ -2,6 +2,11 @@
 
 #include <openvdb/tools/VolumeToMesh.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <map>
+#include <numeric>
+#include <tuple>
 
 #include "pavel/core/error.h"
 #include "pavel/vdb/level_set_mesh.h"
@@ -26,6 +31,33 @@ int nearestId(const IdReader& ids, const Coord& c) {
                 if (id && d < least) least = d, best = id;
             }
     return best;
+}
+
+/// Vertices that fall on one point would be joined by programs that weld, into edges of four triangles: each goes a
+/// thousandth of the way to its neighbours.
+void separateTwins(TriangleMesh& mesh) {
+    std::vector<int> order(mesh.points.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto at = [&](int v) {
+        return std::make_tuple(float(mesh.points[size_t(v)][0]), float(mesh.points[size_t(v)][1]),
+                               float(mesh.points[size_t(v)][2]), v);
+    };
+    tbb::parallel_sort(order.begin(), order.end(), [&](int a, int b) { return at(a) < at(b); });
+    std::map<int, std::pair<Vec3, double>> twins;  // sum and number of neighbours
+    for (size_t i = 1; i < order.size(); ++i) {
+        const Vec3 a = mesh.points[size_t(order[i - 1])], b = mesh.points[size_t(order[i])];
+        if (float(a[0]) == float(b[0]) && float(a[1]) == float(b[1]) && float(a[2]) == float(b[2]))
+            for (int v : {order[i - 1], order[i]}) twins.emplace(v, std::make_pair(Vec3(0, 0, 0), 0.0));
+    }
+    if (twins.empty()) return;
+    for (const Triangle& t : mesh.triangles)
+        for (size_t k = 0; k < 3; ++k)
+            if (const auto twin = twins.find(t[k]); twin != twins.end()) {
+                twin->second.first += mesh.points[size_t(t[(k + 1) % 3])] + mesh.points[size_t(t[(k + 2) % 3])];
+                twin->second.second += 2;
+            }
+    for (const auto& [v, sum] : twins)
+        if (sum.second > 0) mesh.points[size_t(v)] += 1e-3 * (sum.first / sum.second - mesh.points[size_t(v)]);
 }
 
 }  // namespace
@@ -53,6 +85,7 @@ TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale, double a
     // OpenVDB winds the polygons of level sets inward, and those of other grids outward.
     if (grid.getGridClass() == openvdb::GRID_LEVEL_SET)
         for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+    separateTwins(mesh);
     return mesh;
 }
 
