@@ -8,27 +8,15 @@
 #include "pavel/io/atomic_output.h"
 #include "pavel/io/mesh_read.h"
 #include "support/meshes.h"
+#include "support/process.h"
 
 namespace pavel {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-    int status;
-    std::string text;
-};
-
-Outcome shell(const std::string& command) {
-    FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-    std::string text;
-    char buffer[4096];
-    while (const size_t n = fread(buffer, 1, sizeof buffer, pipe)) text.append(buffer, n);
-    return {WEXITSTATUS(pclose(pipe)), text};
-}
-
 bool has(const std::string& program) {
-    return shell("command -v " + program).status == 0;
+    return test::runCommand("command -v " + program).status == 0;
 }
 
 /// The number that follows a word.
@@ -48,8 +36,8 @@ const test::TemporaryFolder& results() {
     static const bool made = [&] {
         writeText(folder / "scene.json", kScene);
         for (const char* verb : {"decorate", "shell"}) {
-            const Outcome o = shell(std::string(PAVEL_PROGRAM) + " " + verb + " " + (folder / "scene.json") + " -o " +
-                                    (folder / verb) + " --quiet");
+            const test::Outcome o = test::runCommand(std::string(PAVEL_PROGRAM) + " " + verb + " " +
+                                                     (folder / "scene.json") + " -o " + (folder / verb) + " --quiet");
             EXPECT_EQ(o.status, 0) << o.text;
         }
         return true;
@@ -98,7 +86,7 @@ TEST(Others, AdmeshFindsNoDefect) {
     std::vector<std::string> files = parts();
     files.push_back(results() / "decorate/decoration.stl");
     for (const std::string& f : files) {
-        const Outcome o = shell("admesh " + f);
+        const test::Outcome o = test::runCommand("admesh " + f);
         EXPECT_EQ(o.status, 0);
         EXPECT_EQ(numberAfter(o.text, "Total disconnected facets"), 0) << o.text;
         for (const char* defect : {"Degenerate facets", "Edges fixed", "Facets removed", "Facets added",
@@ -110,11 +98,12 @@ TEST(Others, AdmeshFindsNoDefect) {
 TEST(Others, PrusaSlicerSlicesEveryPartWithoutRepair) {
     if (!has("prusa-slicer")) GTEST_SKIP() << "prusa-slicer is not installed";
     for (const std::string& f : parts()) {
-        const Outcome info = shell("prusa-slicer --info " + f);
+        const test::Outcome info = test::runCommand("prusa-slicer --info " + f);
         EXPECT_NE(info.text.find("manifold = yes"), std::string::npos) << info.text;
         EXPECT_EQ(info.text.find("repaired"), std::string::npos) << info.text;
         const std::string gcode = f + ".gcode";
-        const Outcome o = shell("prusa-slicer --export-gcode --center 100,100 --output " + gcode + " " + f);
+        const test::Outcome o =
+            test::runCommand("prusa-slicer --export-gcode --center 100,100 --output " + gcode + " " + f);
         EXPECT_EQ(o.status, 0) << o.text;
         EXPECT_GT(fs::exists(gcode) ? fs::file_size(gcode) : 0, 10000u);
         fs::remove(gcode);
@@ -142,7 +131,7 @@ v.grids.load()
 out["grids"] = sorted(g.name for g in v.grids)
 print("RESULT" + json.dumps(out))
 )");
-    const Outcome o = shell("blender -b --python " + (results() / "check.py") + " -- " + at);
+    const test::Outcome o = test::runCommand("blender -b --python " + (results() / "check.py") + " -- " + at);
     const size_t start = o.text.find("RESULT{");
     ASSERT_NE(start, std::string::npos) << o.text;
     const nlohmann::json found = nlohmann::json::parse(o.text.substr(start + 6, o.text.find('\n', start) - start - 6));

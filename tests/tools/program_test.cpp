@@ -12,23 +12,17 @@
 #include "pavel/io/vdb_file.h"
 #include "pavel/tools/examples.h"
 #include "support/meshes.h"
+#include "support/process.h"
 
 namespace pavel {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Outcome {
-    int status;
-    std::string text;
-};
+using test::Outcome;
 
 Outcome run(const std::string& arguments) {
-    FILE* pipe = popen((std::string(PAVEL_PROGRAM) + " " + arguments + " 2>&1").c_str(), "r");
-    std::string text;
-    char buffer[4096];
-    while (const size_t n = fread(buffer, 1, sizeof buffer, pipe)) text.append(buffer, n);
-    return {WEXITSTATUS(pclose(pipe)), text};
+    return test::runCommand(std::string(PAVEL_PROGRAM) + " " + arguments);
 }
 
 std::string slurp(const std::string& path) {
