@@ -175,9 +175,9 @@ void Remesher::meetCount() {
 void Remesher::settle(int rounds, const std::function<void(double)>& report) {
     for (int round = 0; round < rounds; ++round) {
         if (round % 4 == 2 && round < rounds - 4) findCreases(true);
-        if (round < rounds * 3 / 10)
+        if (round < rounds / 4)
             anneal();
-        else if (round == rounds * 3 / 10)
+        else if (round == rounds / 4)
             meetCount();
         flipEdges(round < rounds * 7 / 10);
         relax();
@@ -208,7 +208,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
     count_ = count;
     spacing_ = spacing;
     fit_ = kFitFine;
-    settle(20, span(0.5, 0.95));
+    settle(24, span(0.5, 0.95));
     flipEdges(false);
     improveWorst();
     placeVertices();
