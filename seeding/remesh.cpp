@@ -29,12 +29,18 @@ void Remesher::startFrom(const Triangulation& dense) {
     const auto& triangles = surface_.mesh().triangles;
     for (size_t t = 0; t < triangles.size(); ++t)
         for (int v : triangles[t]) triangleOf[size_t(v)] = int(t);
-    on_.clear();
-    for (int v : kept) on_.push_back(surface_.pointOn(triangleOf[size_t(v)], dense.place[size_t(v)]));
-    kind_.assign(kept.size(), Kind::smooth);
-    along_.assign(kept.size(), Vec3(0, 0, 0));
+    std::vector<SurfacePoint> on;
+    for (int v : kept) on.push_back(surface_.pointOn(triangleOf[size_t(v)], dense.place[size_t(v)]));
+    standOn(std::move(on));
+}
+
+/// Forgets what was known of the vertices but where they stand.
+void Remesher::standOn(std::vector<SurfacePoint> points) {
+    on_ = std::move(points);
+    kind_.assign(on_.size(), Kind::smooth);
+    along_.assign(on_.size(), Vec3(0, 0, 0));
     optimum_ = tri_.place;
-    for (size_t v = 0; v < kept.size(); ++v)
+    for (size_t v = 0; v < on_.size(); ++v)
         if (tri_.mesh.is_boundary(Vertex(int(v)))) kind_[v] = Kind::boundary;
 }
 
@@ -139,12 +145,7 @@ void Remesher::subdivide() {
     }
     fine.triangles = std::move(triangles);
     tri_ = Triangulation(fine);
-    on_ = std::move(on);
-    kind_.assign(on_.size(), Kind::smooth);
-    along_.assign(on_.size(), Vec3(0, 0, 0));
-    optimum_ = tri_.place;
-    for (size_t v = 0; v < on_.size(); ++v)
-        if (tri_.mesh.is_boundary(Vertex(int(v)))) kind_[v] = Kind::boundary;
+    standOn(std::move(on));
 }
 
 /// Exactly the number of vertices asked for: from where edges are short, or to where they are long.

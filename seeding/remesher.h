@@ -42,6 +42,7 @@ class Remesher {
 
   private:
     void startFrom(const Triangulation& dense);
+    void standOn(std::vector<SurfacePoint> points);
     Vec3 normal(Vertex a, Vertex b, Vertex c) const { return cross(tri_.at(b) - tri_.at(a), tri_.at(c) - tri_.at(a)); }
     double cosineAt(Vertex v, Vertex a, Vertex b) const {
         return dot(normalized(tri_.at(a) - tri_.at(v)), normalized(tri_.at(b) - tri_.at(v)));

@@ -7,7 +7,6 @@
 #include "pavel/core/error.h"
 
 namespace pavel {
-
 namespace {
 
 void checkEdges(const TriangleMesh& mesh) {

@@ -26,8 +26,7 @@ void commandDecorate(const std::string& path, const std::string& folder, const C
                                 .c_str());
         return;
     }
-    if (!options.quiet)
-        for (const std::string& w : context.warnings) std::fprintf(stderr, "warning: %s\n", w.c_str());
+    if (!options.quiet) context.printWarnings();
     if (options.verbose)
         for (const StageTime& s : context.stages)
             std::fprintf(stderr, "%-9s %8.2f s  %8.2f s CPU\n", s.name.c_str(), s.seconds, s.cpuSeconds);

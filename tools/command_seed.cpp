@@ -23,7 +23,7 @@ void commandSeed(const std::string& path, const std::string& folder, const Commo
         return;
     }
     if (options.quiet) return;
-    for (const std::string& w : context.warnings) std::fprintf(stderr, "warning: %s\n", w.c_str());
+    context.printWarnings();
     std::printf("%zu elements, coverage %.3f\npicture: %s/preview.png\nfiles:   %s\n", set.seeds.size(), set.coverage,
                 folder.c_str(), folder.c_str());
 }

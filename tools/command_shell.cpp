@@ -28,7 +28,7 @@ void commandShell(const std::string& path, const std::string& folder, const Comm
         return;
     }
     if (options.quiet) return;
-    for (const std::string& w : context.warnings) std::fprintf(stderr, "warning: %s\n", w.c_str());
+    context.printWarnings();
     std::printf("%zu parts of %zu elements, %zu bonds thickened\npicture: %s/assembly.png\nfiles:   %s\n", r.parts,
                 r.elements, r.bonds, folder.c_str(), folder.c_str());
 }

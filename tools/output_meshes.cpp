@@ -92,7 +92,6 @@ void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext
                      " vertices; it is left as it is");
         return;
     }
-    std::atomic<size_t> done{0};
     tbb::parallel_for(size_t(0), objects.size(), [&](size_t i) {
         MeshObject& o = objects[i];
         const size_t share = std::max<size_t>(16, size_t(double(vertices) * meshArea(o.mesh) / area));
@@ -101,7 +100,6 @@ void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext
                 context.check();
                 if (objects.size() == 1) context.progress("remesh", part);
             });
-        ++done;
     });
     context.progress("remesh", 1);
 }

@@ -54,6 +54,10 @@ void CommandContext::finish() {
     stage_.clear();
 }
 
+void CommandContext::printWarnings() const {
+    for (const std::string& w : warnings) std::fprintf(stderr, "warning: %s\n", w.c_str());
+}
+
 void CommandContext::show(const std::string& stage, double done) {
     const double t = now();
     const bool newStage = stage != stage_;

@@ -13,6 +13,8 @@ class CommandContext : public RunContext {
     CommandContext& operator=(const CommandContext&) = delete;
     /// Ends the bar's line.
     void finish();
+    /// The warnings, on stderr.
+    void printWarnings() const;
 
   private:
     void show(const std::string& stage, double done);

@@ -127,6 +127,7 @@ ShellResult makeShell(const Scene& scene, const std::string& folder, bool force,
     {
         const StageTimer timer(context, "extract");
         const ShellBuilder builder(packing, base, placed, scene.shell, scene.material.gap);
+        checkBed(builder.graph(), scene.shell.bed);
         const std::vector<std::vector<int>> members =
             scene.shell.split == "groups" ? connected(builder.graph(), groupsUnder(base, builder.graph()))
                                           : shellParts(builder.graph(), scene.shell);

@@ -89,7 +89,7 @@ std::pair<Vec3, Vec3> nearestPoints(const TriangleMesh& mesh, const Piece& a, co
 }  // namespace
 
 struct ShellBuilder::Grids {
-    const std::vector<WorkTree::Ptr>& elements;
+    std::vector<WorkTree::Ptr> elements;
     openvdb::FloatTree::Ptr base;
 };
 
@@ -99,18 +99,24 @@ ShellBuilder::ShellBuilder(const Packing& packing, const TriangleMesh& base, con
                            const ShellOptions& options, double gap)
     : options_(options), h_(packing.voxelSize), gap_(gap) {
     openvdb::initialize();
-    grids_ = std::unique_ptr<Grids>(
-        new Grids{packing.grids->elements, voxelizeBase(base, h_, float(options.clearance / h_ + kBand))->treePtr()});
-    const size_t n = placed.size();
-    graph_.position.resize(n), graph_.normal.resize(n), graph_.bounds.resize(n), graph_.volume.resize(n);
+    grids_ = std::make_unique<Grids>();
+    grids_->base = voxelizeBase(base, h_, float(options.clearance / h_ + kBand))->treePtr();
+    for (const PlacedElement& p : placed) {
+        const WorkTree::Ptr& tree = packing.grids->elements[size_t(p.id) - 1];
+        if (!tree) continue;  // swallowed
+        grids_->elements.push_back(tree);
+        graph_.id.push_back(p.id);
+        graph_.normal.push_back(p.worldFromElement.z);
+    }
+    const size_t n = graph_.id.size();
+    if (n == 0) throw InputError("shell: no element is left to print");
+    graph_.position.resize(n), graph_.bounds.resize(n), graph_.volume.resize(n);
     graph_.neighbours.resize(n), graph_.backNormals.resize(n);
-    for (size_t i = 0; i < n; ++i) graph_.normal[i] = placed[i].worldFromElement.z;
     tbb::parallel_for(size_t(0), n, [&](size_t i) { measureElement(i); });
     const std::vector<CoordBBox> boxes = leafBoxes(grids_->elements);
     const ElementIndex index(boxes);
     std::vector<std::vector<std::pair<int, Bond>>> found(n);
     tbb::parallel_for(size_t(0), n, [&](size_t i) {
-        if (boxes[i].empty()) return;
         for (int j : index.meeting(boxes[i]))
             if (size_t(j) > i)
                 if (const Bond b = bondOf(i, size_t(j)); b.area > 0) found[i].emplace_back(j, b);
@@ -126,7 +132,6 @@ ShellBuilder::ShellBuilder(const Packing& packing, const TriangleMesh& base, con
 
 /// Place, extent and volume outside the clearance, and the base's normals under the element.
 void ShellBuilder::measureElement(size_t i) {
-    if (!grids_->elements[i]) return;  // swallowed
     const WorkTree& tree = *grids_->elements[i];
     const BaseReader base(*grids_->base);
     const float clearance = float(options_.clearance / h_);
@@ -152,7 +157,8 @@ void ShellBuilder::measureElement(size_t i) {
             }
         }
     if (!inside)
-        throw InputError("shell.clearance: it takes element " + std::to_string(i + 1) + " whole; make it smaller");
+        throw InputError("shell.clearance: it takes element " + std::to_string(graph_.id[i]) +
+                         " whole; make it smaller");
     graph_.position[i] = h_ * sum / double(inside);
     // The surface lies up to a voxel beyond the outermost centre.
     graph_.bounds[i].add(h_ * (box.min - Vec3(1, 1, 1)));
@@ -195,8 +201,8 @@ ShellPart ShellBuilder::build(const std::vector<int>& members) const {
     ShellPart part;
     std::vector<WorkTree::Ptr> trees;
     for (int i : members) {
-        part.ids.push_back(i + 1);
-        if (grids_->elements[size_t(i)]) trees.push_back(grids_->elements[size_t(i)]);
+        part.ids.push_back(graph_.id[size_t(i)]);
+        trees.push_back(grids_->elements[size_t(i)]);
     }
     part.release = releaseOf(graph_, members);
     const bool touching = gap_ == 0;

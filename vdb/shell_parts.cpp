@@ -151,6 +151,12 @@ bool fitsBed(const Bounds& b, const Vec3& bed) {
     return s[0] <= bed[0] && s[1] <= bed[1] && s[2] <= bed[2];
 }
 
+void checkBed(const ShellGraph& graph, const Vec3& bed) {
+    for (size_t i = 0; i < graph.bounds.size(); ++i)
+        if (!fitsBed(graph.bounds[i], bed))
+            throw InputError("shell.bed: element " + std::to_string(graph.id[i]) + " alone is larger than the bed");
+}
+
 Release releaseOf(const ShellGraph& graph, const std::vector<int>& members) {
     std::vector<Vec3> normals;
     Vec3 sum(0, 0, 0);
@@ -212,9 +218,6 @@ std::vector<std::vector<int>> connected(const ShellGraph& graph, std::vector<int
 
 std::vector<std::vector<int>> shellParts(const ShellGraph& g, const ShellOptions& options) {
     const size_t n = g.position.size();
-    for (size_t i = 0; i < n; ++i)
-        if (!fitsBed(g.bounds[i], options.bed))
-            throw InputError("shell.bed: element " + std::to_string(i + 1) + " alone is larger than the bed");
     if (options.split == "planes") return connected(g, quarters(g));
     if (options.split == "count") {
         if (size_t(options.parts) > n)

@@ -9,6 +9,7 @@ namespace pavel {
 
 /// The elements as clustering sees them. World frame, scene units; all by index.
 struct ShellGraph {
+    std::vector<int> id;                 ///< of the element, for messages; swallowed ones are left out
     std::vector<Vec3> position, normal;  ///< centre and outward direction
     std::vector<Bounds> bounds;
     std::vector<double> volume;
@@ -30,11 +31,13 @@ Release releaseOf(const ShellGraph& graph, const std::vector<int>& members);
 /// auto: the least number of parts of which each fits the bed and comes off; where there is no such number up to 48,
 /// one that fits, with few parts that do not come off. count: so many. planes: quarters about the vertical line through
 /// the middle.
-/// @throws InputError where an element alone is larger than the bed, or more parts are asked for than elements
+/// @throws InputError where more parts are asked for than elements
 std::vector<std::vector<int>> shellParts(const ShellGraph& graph, const ShellOptions& options);
 /// Takes elements that touch none of their own part to one that they touch.
 std::vector<std::vector<int>> connected(const ShellGraph& graph, std::vector<int> partOf);
 
+/// @throws InputError where an element alone is larger than the bed
+void checkBed(const ShellGraph& graph, const Vec3& bed);
 /// Does a part fit the bed, standing as it is?
 bool fitsBed(const Bounds& bounds, const Vec3& bed);
 

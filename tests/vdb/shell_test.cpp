@@ -23,6 +23,7 @@ ShellGraph plane(int n) {
     ShellGraph g;
     for (int x = 0; x < n; ++x)
         for (int y = 0; y < n; ++y) {
+            g.id.push_back(int(g.id.size()) + 1);
             g.position.emplace_back(x + 0.5, y + 0.5, 0.5);
             g.normal.emplace_back(0, 0, 1);
             Bounds b;
@@ -104,7 +105,7 @@ TEST(ShellParts, WhatCannotBeIsAnError) {
     const ShellGraph g = plane(3);
     ShellOptions options;
     options.bed = Vec3(0.5, 10, 10);
-    EXPECT_THROW(shellParts(g, options), InputError);
+    EXPECT_THROW(checkBed(g, options.bed), InputError);
     options = ShellOptions();
     options.split = "count";
     options.parts = 10;
@@ -137,7 +138,7 @@ struct BallScene {
     std::vector<ElementKind> kinds{1};
     std::vector<PlacedElement> placed;
     Packing packing;
-    BallScene() {
+    explicit BallScene(bool twice = false) {
         kinds[0].mesh = makeShape("pearl", {{"radius", 7}});
         kinds[0].footprint = footprintArea(kinds[0].mesh);
         CvtOptions options;
@@ -149,6 +150,10 @@ struct BallScene {
             s.position = p.position;
             s.normal = p.normal;
             seeds.push_back(s);
+        }
+        if (twice) {  // the first place is taken by two
+            seeds.push_back(seeds[0]);
+            seeds.back().id = int(seeds.size());
         }
         placed = placeElements(seeds, kinds);
         RunContext context;
@@ -207,6 +212,23 @@ TEST(Shell, ThinJointsAreThickened) {
         before = part.bonds, volume = part.volume;
     }
     EXPECT_GT(before, 0u);
+}
+
+TEST(Shell, SwallowedElementsAreLeftOut) {
+    const BallScene s(true);
+    size_t swallowed = 0;
+    for (const ElementResult& e : s.packing.elements) swallowed += e.finalVolume == 0;
+    ASSERT_EQ(swallowed, 1u);
+    const ShellOptions options;
+    const ShellBuilder builder(s.packing, s.base, s.placed, options, 0);
+    EXPECT_EQ(builder.graph().id.size(), s.placed.size() - 1);
+    size_t elements = 0;
+    for (const auto& members : shellParts(builder.graph(), options)) {
+        const ShellPart part = builder.build(members);
+        EXPECT_TRUE(meshFacts(part.mesh).fit());
+        elements += part.ids.size();
+    }
+    EXPECT_EQ(elements, s.placed.size() - 1);
 }
 
 TEST(Shell, AClearanceThatTakesAllIsAnError) {
