@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "pavel/core/finish.h"
 #include "pavel/core/frame.h"
 #include "pavel/core/mesh.h"
 
@@ -20,6 +21,7 @@ struct ElementKind {
     double sink = 0;            ///< depth of the origin below the surface
     double footprint = 0;       ///< area of the projection along +z
     Vec3 color{0.8, 0.8, 0.8};  ///< sRGB in [0, 1]
+    Finish finish = Finish::clay;
 };
 
 /// A place on the surface and what stands there. World frame, scene units.

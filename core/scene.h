@@ -17,6 +17,7 @@ struct BaseOptions {
     std::optional<double> scaleTo;  ///< length of the longest side
     bool fillHoles = false;
     double thicken = 0;
+    std::string color, finish;  ///< empty: the built-in ones
 };
 
 struct ElementOptions {
@@ -28,7 +29,8 @@ struct ElementOptions {
     std::string up = "z";  ///< axis of a mesh that points away from the surface: x y z -x -y -z
     double weight = 1;
     double stiffness = 1;  ///< infinity: rigid
-    std::string color;     ///< #rrggbb; empty: one of the built-in palette
+    std::string color;     ///< #rrggbb; empty: the finish's, or one of the built-in palette
+    std::string finish;    ///< clay where it is empty
     double sink = 0;
     std::optional<double> a, b;
 };
@@ -104,6 +106,14 @@ struct MaterialOptions {
     std::string baseLoss = "recover";  ///< recover | cut: whether what sinks into the base grows back
 };
 
+/// From where pictures are taken.
+struct ViewOptions {
+    double azimuth = -60;             ///< degrees about z
+    std::optional<double> elevation;  ///< degrees; unset: 18, and higher for flat things
+    double zoom = 1;
+    int width = 1200, height = 1000;  ///< pixels
+};
+
 struct OutputOptions {
     bool vdb = true, fog = false, half = false;
     bool separate = false;  ///< "elements": "separate"
@@ -111,6 +121,8 @@ struct OutputOptions {
     std::optional<size_t> remeshVertices;  ///< of the whole output; unset: as extracted
     double adaptivity = 0;                 ///< in [0, 1]: larger triangles where it is flat
     bool withBase = true, preview = true;
+    bool figure = false;  ///< also figure.jpg: seeds, placement, result, close views, sections
+    ViewOptions view;
 };
 
 /// How the decoration is taken apart for printing.

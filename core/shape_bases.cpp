@@ -111,9 +111,9 @@ double polylineSpacing(const std::vector<P2>& points) {
 TriangleMesh handle(const P2 (&c)[4], double a, double b, double size, bool mirror) {
     const int rows = 96, columns = 48;
     TriangleMesh m = sweepPoles(rows, columns, [&](double u, double v) {
-        const double s = std::clamp((u - 1e-3) / (1 - 2e-3), 0.0, 1.0), q = 1 - s;
-        const P2 p = q * q * q * c[0] + 3 * q * q * s * c[1] + 3 * q * s * s * c[2] + s * s * s * c[3];
-        P2 t = 3 * q * q * (c[1] - c[0]) + 6 * q * s * (c[2] - c[1]) + 3 * s * s * (c[3] - c[2]);
+        const double s = std::clamp((u - 1e-3) / (1 - 2e-3), 0.0, 1.0);
+        const P2 p = bezier(c, s);
+        P2 t = bezierTangent(c, s);
         t = (1 / norm(t)) * t;
         const double w = u == 0 || u == 1 ? 0 : 1;  // the end caps close to a point; they lie inside the wall
         const double across = w * b * std::cos(2 * kPi * v), aside = w * a * std::sin(2 * kPi * v);
@@ -127,26 +127,8 @@ TriangleMesh handle(const P2 (&c)[4], double a, double b, double size, bool mirr
     return m;
 }
 
-/// Faces of the body that lie inside the handle's sunk ends are no surface of the union: take them out of "outer".
-void hideCovered(TriangleMesh& body, const TriangleMesh& grip) {
-    const Bounds reach = meshBounds(grip);
-    for (size_t t = 0; t < body.triangles.size(); ++t) {
-        if (body.groups[t] != kOuter) continue;
-        const Vec3 p = (body.corner(t, 0) + body.corner(t, 1) + body.corner(t, 2)) / 3.0;
-        if ((p - reach.min).min() < 0 || (reach.max - p).min() < 0) continue;
-        double solidAngle = 0;  // generalised winding number (A. Jacobson et al. 2013)
-        for (size_t g = 0; g < grip.triangles.size(); ++g) {
-            const Vec3 a = grip.corner(g, 0) - p, b = grip.corner(g, 1) - p, c = grip.corner(g, 2) - p;
-            const double la = length(a), lb = length(b), lc = length(c);
-            solidAngle +=
-                std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
-        }
-        if (solidAngle / (2 * kPi) > 0.5) body.groups[t] = kHidden;
-    }
-}
-
 void addHandle(TriangleMesh& body, const TriangleMesh& grip) {
-    hideCovered(body, grip);
+    hideCovered(body, InsideTest(grip), kHidden);
     append(body, grip);
 }
 

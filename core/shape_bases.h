@@ -11,6 +11,7 @@ struct ShapeRecipe {
     std::function<TriangleMesh(const ShapeParameters&)> make;
 };
 std::vector<ShapeRecipe> baseRecipes();
+std::vector<ShapeRecipe> sculptureRecipes();
 std::vector<ShapeRecipe> elementRecipes();
 
 }  // namespace pavel

@@ -11,6 +11,7 @@ namespace {
 const std::vector<ShapeRecipe>& recipes() {
     static const std::vector<ShapeRecipe> all = [] {
         std::vector<ShapeRecipe> r = baseRecipes();
+        for (ShapeRecipe& s : sculptureRecipes()) r.push_back(std::move(s));
         for (ShapeRecipe& e : elementRecipes()) r.push_back(std::move(e));
         return r;
     }();

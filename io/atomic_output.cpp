@@ -19,7 +19,8 @@ AtomicOutput::AtomicOutput(std::string target, bool folder, bool force) : target
     if (occupied && !force)
         throw InputError(target_ + ": exists already; choose another place, or overwrite it with --force");
     if (occupied && folder && fs::is_directory(path, error) && !fs::exists(path / "report.json", error) &&
-        !fs::exists(path / "seeds.json", error) && !fs::exists(path / "scene.json", error))
+        !fs::exists(path / "seeds.json", error) && !fs::exists(path / "scene.json", error) &&
+        !fs::exists(path / "tables.json", error))
         throw InputError(target_ + ": holds other files than a result of this program; it is not overwritten");
     const fs::path parent = path.has_parent_path() ? path.parent_path() : fs::path(".");
     if (!fs::is_directory(parent, error)) throw InputError(parent.string() + ": no such folder for the output");

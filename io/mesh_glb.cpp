@@ -4,6 +4,8 @@
 
 #include <cstring>
 #include <fstream>
+#include <map>
+#include <tuple>
 
 #include "pavel/io/mesh_formats.h"
 
@@ -32,6 +34,40 @@ int addAccessor(tinygltf::Model& model, const std::vector<T>& data, int componen
     return int(model.accessors.size()) - 1;
 }
 
+/// A material for each name, colour and finish.
+class Materials {
+  public:
+    explicit Materials(tinygltf::Model& model) : model_(model) {}
+    int find(const MeshObject& o, Finish finish) {
+        const Vec3 color = o.vertexColors.empty() ? o.color : Vec3(1, 1, 1);
+        const bool several = !o.vertexFinish.empty();
+        const std::string name = several ? materialName(o) + "_" + look(finish).name : materialName(o);
+        for (size_t i = 0; i < known_.size(); ++i)
+            if (known_[i] == std::make_tuple(name, color, finish)) return int(i);
+        known_.emplace_back(name, color, finish);
+        tinygltf::Material m;
+        m.name = name;
+        m.pbrMetallicRoughness.baseColorFactor = {toLinear(color[0]), toLinear(color[1]), toLinear(color[2]), 1};
+        m.pbrMetallicRoughness.metallicFactor = look(finish).metallic;
+        m.pbrMetallicRoughness.roughnessFactor = look(finish).roughness;
+        model_.materials.push_back(m);
+        return int(known_.size()) - 1;
+    }
+
+  private:
+    tinygltf::Model& model_;
+    std::vector<std::tuple<std::string, Vec3, Finish>> known_;
+};
+
+std::map<Finish, std::vector<uint32_t>> indicesByFinish(const MeshObject& o) {
+    std::map<Finish, std::vector<uint32_t>> indices;
+    for (const Triangle& t : o.mesh.triangles) {
+        auto& list = indices[o.vertexFinish.empty() ? o.finish : o.vertexFinish[size_t(t[0])]];
+        list.insert(list.end(), {uint32_t(t[0]), uint32_t(t[1]), uint32_t(t[2])});
+    }
+    return indices;
+}
+
 /// A frame as a node's matrix, columns first, in metres and +Y up.
 std::vector<double> gltfMatrix(const Frame& frame, double metres) {
     const auto turned = [](const Vec3& v) { return Vec3(v[0], v[2], -v[1]); };
@@ -51,21 +87,9 @@ void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, d
     model.buffers.resize(1);
     model.scenes.resize(1);
     model.defaultScene = 0;
-    std::vector<std::pair<std::string, Vec3>> materials;
+    Materials materials(model);
     for (const MeshObject& o : objects) {
         if (o.mesh.triangles.empty()) continue;
-        const Vec3 color = o.vertexColors.empty() ? o.color : Vec3(1, 1, 1);
-        size_t material = 0;
-        while (material < materials.size() && materials[material] != std::make_pair(materialName(o), color)) ++material;
-        if (material == materials.size()) {
-            materials.emplace_back(materialName(o), color);
-            tinygltf::Material m;
-            m.name = materialName(o);
-            m.pbrMetallicRoughness.baseColorFactor = {toLinear(color[0]), toLinear(color[1]), toLinear(color[2]), 1};
-            m.pbrMetallicRoughness.metallicFactor = 0;
-            m.pbrMetallicRoughness.roughnessFactor = 0.6;
-            model.materials.push_back(m);
-        }
         const size_t n = o.mesh.points.size();
         std::vector<float> positions, normals;
         std::vector<uint8_t> colors;
@@ -81,12 +105,8 @@ void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, d
             for (int k = 0; k < 3; ++k) colors.push_back(toByte(toLinear(o.vertexColors[v][k])));
             colors.push_back(255);
         }
-        std::vector<uint32_t> indices;
-        for (const Triangle& t : o.mesh.triangles)
-            indices.insert(indices.end(), {uint32_t(t[0]), uint32_t(t[1]), uint32_t(t[2])});
         tinygltf::Primitive primitive;
         primitive.mode = TINYGLTF_MODE_TRIANGLES;
-        primitive.material = int(material);
         const int position = addAccessor(model, positions, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3,
                                          TINYGLTF_TARGET_ARRAY_BUFFER, n);
         model.accessors[size_t(position)].minValues.assign(lo, lo + 3);
@@ -99,11 +119,14 @@ void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, d
                                                           TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER, n);
             model.accessors.back().normalized = true;
         }
-        primitive.indices = addAccessor(model, indices, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
-                                        TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, indices.size());
         tinygltf::Mesh mesh;
         mesh.name = o.name;
-        mesh.primitives.push_back(primitive);
+        for (const auto& [finish, indices] : indicesByFinish(o)) {  // primitives share the vertices
+            primitive.material = materials.find(o, finish);
+            primitive.indices = addAccessor(model, indices, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
+                                            TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, indices.size());
+            mesh.primitives.push_back(primitive);
+        }
         model.meshes.push_back(mesh);
         const auto addNode = [&](const std::string& name, const std::vector<double>& matrix) {
             tinygltf::Node node;

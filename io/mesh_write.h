@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pavel/core/finish.h"
 #include "pavel/core/frame.h"
 #include "pavel/core/mesh.h"
 
@@ -15,6 +16,8 @@ struct MeshObject {
     Vec3 color{0.8, 0.8, 0.8};       ///< sRGB in [0, 1]
     std::string material{};          ///< its name, one for each colour; empty: named by the colour
     std::vector<Vec3> vertexColors;  ///< sRGB; empty: `color` everywhere
+    Finish finish = Finish::clay;
+    std::vector<Finish> vertexFinish;  ///< empty: `finish` everywhere
     /// Where it stands, with a name each; none: as it is. GLB only, where the mesh is then stored once.
     std::vector<std::pair<std::string, Frame>> instances;
 };

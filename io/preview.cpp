@@ -1,140 +1,20 @@
 #include "pavel/io/preview.h"
 
-#include <png.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
-#include <mutex>
 
-#include "pavel/core/error.h"
+#include "pavel/io/shading.h"
 
 namespace pavel {
 namespace {
 
 constexpr int kSuper = 2;  // samples per pixel along each axis
 
-struct Camera {
-    Vec3 right, up, back;  // orthonormal; the camera looks along -back
-    Vec3 eye;
-    double focal = 0;  // pixels; 0: orthographic with `scale` pixels per unit
-    double scale = 1, cx = 0, cy = 0;
-
-    /// Pixel coordinates and depth (larger is farther).
-    Vec3 project(const Vec3& p) const {
-        const Vec3 d = p - eye;
-        const double depth = -dot(d, back), s = focal > 0 ? focal / depth : scale;
-        return {cx + s * dot(d, right), cy - s * dot(d, up), depth};
-    }
-};
-
-Camera orthonormalCamera(const Vec3& back) {
-    Camera c;
-    c.back = normalized(back);
-    c.right = normalized(cross(std::abs(c.back[2]) < 0.99 ? Vec3(0, 0, 1) : Vec3(0, 1, 0), c.back));
-    c.up = cross(c.back, c.right);
-    return c;
-}
-
-/// Depth buffer with, for each pixel, the triangle seen and its barycentric weights' interpolation done by the visitor.
-class Raster {
-  public:
-    Raster(int w, int h) : width(w), height(h), depth(size_t(w) * size_t(h), 1e30f), item(depth.size(), -1) {}
-    int width, height;
-    std::vector<float> depth;
-    std::vector<int64_t> item;
-
-    /// Draws rows [y0, y1) of a triangle.
-    void draw(const Vec3 (&p)[3], int64_t id, int y0, int y1) {
-        const double area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
-        if (area == 0 || !(p[0][2] > 0 && p[1][2] > 0 && p[2][2] > 0)) return;
-        const int top = std::max(y0, int(std::ceil(std::min({p[0][1], p[1][1], p[2][1]}) - 0.5)));
-        const int bottom = std::min(y1 - 1, int(std::floor(std::max({p[0][1], p[1][1], p[2][1]}) - 0.5)));
-        const int left = std::max(0, int(std::ceil(std::min({p[0][0], p[1][0], p[2][0]}) - 0.5)));
-        const int right = std::min(width - 1, int(std::floor(std::max({p[0][0], p[1][0], p[2][0]}) - 0.5)));
-        for (int y = top; y <= bottom; ++y)
-            for (int x = left; x <= right; ++x) {
-                double w[3];
-                weights(p, area, x + 0.5, y + 0.5, w);
-                if (w[0] < 0 || w[1] < 0 || w[2] < 0) continue;
-                const float z = float(w[0] * p[0][2] + w[1] * p[1][2] + w[2] * p[2][2]);
-                const size_t at = size_t(y) * size_t(width) + size_t(x);
-                if (z >= depth[at]) continue;
-                depth[at] = z;
-                item[at] = id;
-            }
-    }
-    static void weights(const Vec3 (&p)[3], double area, double x, double y, double (&w)[3]) {
-        w[1] = ((x - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (y - p[0][1])) / area;
-        w[2] = ((p[1][0] - p[0][0]) * (y - p[0][1]) - (x - p[0][0]) * (p[1][1] - p[0][1])) / area;
-        w[0] = 1 - w[1] - w[2];
-    }
-};
-
-struct Stage {
-    const std::vector<MeshObject>& objects;
-    std::vector<std::vector<Vec3>> normals;
-    std::vector<int64_t> first;  // running number of each object's first triangle
-
-    explicit Stage(const std::vector<MeshObject>& o) : objects(o), normals(o.size()) {
-        int64_t n = 0;
-        for (const MeshObject& m : o) first.push_back(n), n += int64_t(m.mesh.triangles.size());
-        tbb::parallel_for(size_t(0), o.size(), [&](size_t i) { normals[i] = vertexNormals(o[i].mesh); });
-    }
-    std::pair<size_t, size_t> locate(int64_t id) const {
-        const size_t object = size_t(std::upper_bound(first.begin(), first.end(), id) - first.begin()) - 1;
-        return {object, size_t(id - first[object])};
-    }
-    void draw(Raster& raster) const {
-        // Bands of rows, so that threads write apart; within a band triangles come in order: equal pictures on any
-        // number.
-        constexpr int kBand = 64;
-        tbb::parallel_for(0, (raster.height + kBand - 1) / kBand, [&](int band) {
-            const int y0 = band * kBand, y1 = std::min(raster.height, y0 + kBand);
-            for (size_t o = 0; o < objects.size(); ++o) {
-                const TriangleMesh& m = objects[o].mesh;
-                for (size_t run = 0; run < rows[o].size(); ++run) {
-                    if (rows[o][run].second < y0 || rows[o][run].first > y1) continue;
-                    for (size_t t = run * kRun; t < std::min(m.triangles.size(), (run + 1) * kRun); ++t) {
-                        const Vec3 p[3] = {projected[o][size_t(m.triangles[t][0])],
-                                           projected[o][size_t(m.triangles[t][1])],
-                                           projected[o][size_t(m.triangles[t][2])]};
-                        if (std::max({p[0][1], p[1][1], p[2][1]}) < y0 || std::min({p[0][1], p[1][1], p[2][1]}) > y1)
-                            continue;
-                        raster.draw(p, first[o] + int64_t(t), y0, y1);
-                    }
-                }
-            }
-        });
-    }
-    void project(const Camera& camera) {
-        projected.resize(objects.size());
-        tbb::parallel_for(size_t(0), objects.size(), [&](size_t o) {
-            const auto& points = objects[o].mesh.points;
-            projected[o].resize(points.size());
-            tbb::parallel_for(size_t(0), points.size(), [&](size_t i) { projected[o][i] = camera.project(points[i]); });
-        });
-        rows.resize(objects.size());
-        tbb::parallel_for(size_t(0), objects.size(), [&](size_t o) {
-            const auto& triangles = objects[o].mesh.triangles;
-            rows[o].assign((triangles.size() + kRun - 1) / kRun, {1e30, -1e30});
-            tbb::parallel_for(size_t(0), rows[o].size(), [&](size_t run) {
-                auto& [lo, hi] = rows[o][run];
-                for (size_t t = run * kRun; t < std::min(triangles.size(), (run + 1) * kRun); ++t)
-                    for (int v : triangles[t])
-                        lo = std::min(lo, projected[o][size_t(v)][1]), hi = std::max(hi, projected[o][size_t(v)][1]);
-            });
-        });
-    }
-    /// Triangles whose rows are kept together: meshes come in order of place, so most bands skip most runs.
-    static constexpr size_t kRun = 1024;
-    std::vector<std::vector<Vec3>> projected;
-    std::vector<std::vector<std::pair<double, double>>> rows;
-};
-
 double occlusion(const Raster& r, int x, int y, double pixelsPerUnit, double reach) {
     // Horizon test: how steeply the depths rise towards the viewer around the pixel.
-    const float z0 = r.depth[size_t(y) * size_t(r.width) + size_t(x)];
+    const float z0 = r.depth[r.at(x, y)];
     const double radius = std::clamp(reach * pixelsPerUnit, 4.0, 80.0);
     constexpr int kDirections = 8, kSteps = 5;
     static const auto directions = [] {  // sixteen; every other pixel takes the other half
@@ -151,23 +31,13 @@ double occlusion(const Raster& r, int x, int y, double pixelsPerUnit, double rea
             const double l = radius * s / kSteps;
             const int px = int(std::floor(x + l * dx + 0.5)), py = int(std::floor(y + l * dy + 0.5));
             if (px < 0 || py < 0 || px >= r.width || py >= r.height) continue;
-            const double rise = z0 - r.depth[size_t(py) * size_t(r.width) + size_t(px)], run = l / pixelsPerUnit;
+            const double rise = z0 - r.depth[r.at(px, py)], run = l / pixelsPerUnit;
             if (rise > 4 * reach) continue;  // another object far in front
             horizon = std::max(horizon, rise / std::sqrt(rise * rise + run * run));
         }
         open += 1 - horizon;
     }
     return open / kDirections;
-}
-
-void writePng(const std::string& path, int width, int height, const std::vector<uint8_t>& rgb) {
-    png_image image{};
-    image.version = PNG_IMAGE_VERSION;
-    image.width = unsigned(width);
-    image.height = unsigned(height);
-    image.format = PNG_FORMAT_RGB;
-    if (!png_image_write_to_file(&image, path.c_str(), 0, rgb.data(), 0, nullptr))
-        throw RunError(path + ": the picture cannot be written (" + image.message + ")");
 }
 
 /// Digits of five by seven dots, a row each.
@@ -177,7 +47,7 @@ constexpr uint8_t kDigits[10][7] = {
     {14, 17, 17, 14, 17, 17, 14}, {14, 17, 17, 15, 1, 2, 12}};
 
 /// Writes each object's number where most of it is seen.
-void drawLabels(const Raster& raster, const Stage& stage, const View& view, std::vector<uint8_t>& rgb) {
+void drawLabels(const Raster& raster, const Stage& stage, const View& view, std::vector<uint8_t>& rgba) {
     if (view.labels.empty()) return;
     struct Seen {
         double x = 0, y = 0, count = 0;
@@ -185,7 +55,7 @@ void drawLabels(const Raster& raster, const Stage& stage, const View& view, std:
     std::vector<Seen> seen(view.labels.size());
     for (int y = 0; y < raster.height; ++y)
         for (int x = 0; x < raster.width; ++x) {
-            const int64_t id = raster.item[size_t(y) * size_t(raster.width) + size_t(x)];
+            const int64_t id = raster.item[raster.at(x, y)];
             if (id < 0) continue;
             Seen& s = seen[stage.locate(id).first];
             s.x += x, s.y += y, ++s.count;
@@ -198,7 +68,7 @@ void drawLabels(const Raster& raster, const Stage& stage, const View& view, std:
     std::vector<Spot> spots(seen.size());
     for (int y = 0; y < raster.height; ++y)
         for (int x = 0; x < raster.width; ++x) {
-            const int64_t id = raster.item[size_t(y) * size_t(raster.width) + size_t(x)];
+            const int64_t id = raster.item[raster.at(x, y)];
             if (id < 0) continue;
             const size_t o = stage.locate(id).first;
             const double d = std::hypot(x - seen[o].x / seen[o].count, y - seen[o].y / seen[o].count);
@@ -207,7 +77,8 @@ void drawLabels(const Raster& raster, const Stage& stage, const View& view, std:
     const int dot = std::max(2, view.height / 250);
     const auto paint = [&](int x, int y, uint8_t value) {
         if (x < 0 || y < 0 || x >= view.width || y >= view.height) return;
-        for (int k = 0; k < 3; ++k) rgb[(size_t(y) * size_t(view.width) + size_t(x)) * 3 + size_t(k)] = value;
+        rgba[(size_t(y) * size_t(view.width) + size_t(x)) * 4 + 3] = 255;
+        for (int k = 0; k < 3; ++k) rgba[(size_t(y) * size_t(view.width) + size_t(x)) * 4 + size_t(k)] = value;
     };
     for (size_t o = 0; o < seen.size(); ++o) {
         const std::string& text = view.labels[o];
@@ -228,116 +99,161 @@ void drawLabels(const Raster& raster, const Stage& stage, const View& view, std:
 double toLinear(double c) {
     return std::pow(c, 2.2);
 }
-double fortieth(double c) {
-    const double c2 = c * c, c4 = c2 * c2, c8 = c4 * c4;
-    return c8 * c8 * c8 * c8 * c8;
-}
 uint8_t toScreen(double c) {
     return uint8_t(std::lround(255 * std::pow(std::clamp(c, 0.0, 1.0), 1 / 2.2)));
 }
 
-}  // namespace
-
-namespace {
-
-std::vector<uint8_t> render(const std::vector<MeshObject>& objects, const View& view) {
+Bounds boundsOf(const std::vector<MeshObject>& objects) {
     Bounds bounds;
     for (const MeshObject& o : objects)
         for (const Vec3& p : o.mesh.points) bounds.add(p);
+    return bounds;
+}
+
+/// What the lamp reaches, from where it stands.
+class ShadowMap {
+  public:
+    ShadowMap(Stage& stage, const Vec3& towardsLamp, const Vec3& middle, double radius,
+              const std::optional<CutPlane>& cut)
+        : raster_(kSize, kSize), camera_(orthonormalCamera(towardsLamp)) {
+        camera_.eye = middle + 2 * radius * towardsLamp;
+        camera_.scale = 0.49 * kSize / radius;
+        camera_.cx = camera_.cy = 0.5 * kSize;
+        stage.project(camera_);
+        stage.draw(raster_, cut);
+    }
+    struct Light {
+        double lit = 0;    ///< share of the lamp
+        double depth = 0;  ///< mean way from where its light enters
+    };
+    /// Percentage-closer filtering over a few texels, moved off the surface by as many.
+    Light at(const Vec3& p, const Vec3& normal) const {
+        constexpr int kReach = 2, kStep = 2;
+        const Vec3 l = camera_.project(p + (3.0 / camera_.scale) * normal);
+        Light light;
+        for (int i = -kReach; i <= kReach; ++i)
+            for (int j = -kReach; j <= kReach; ++j) {
+                const int x = std::clamp(int(l[0]) + i * kStep, 0, kSize - 1),
+                          y = std::clamp(int(l[1]) + j * kStep, 0, kSize - 1);
+                const double gap = l[2] - double(raster_.depth[raster_.at(x, y)]);
+                light.lit += gap <= 2.0 / camera_.scale;
+                light.depth += std::max(0.0, gap);
+            }
+        constexpr double kTaps = (2 * kReach + 1) * (2 * kReach + 1);
+        light.lit /= kTaps;
+        light.depth /= kTaps;
+        return light;
+    }
+
+  private:
+    static constexpr int kSize = 3000;
+    Raster raster_;
+    Camera camera_;
+};
+
+/// RGBA, row by row.
+std::vector<uint8_t> render(const std::vector<MeshObject>& objects, const View& view) {
+    const Bounds bounds = boundsOf(objects);
     const Vec3 middle = 0.5 * (bounds.min + bounds.max);
-    const double a = degreesToRadians(view.azimuthDegrees), e = degreesToRadians(view.elevationDegrees);
-    Camera camera = orthonormalCamera({std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)});
+    Camera camera = orthonormalCamera(towardsCamera(view, objects));
     const int w = view.width * kSuper, h = view.height * kSuper;
-    double radius = 0;
+    double radius = 1e-9;
     for (const MeshObject& o : objects)
         for (const Vec3& p : o.mesh.points) radius = std::max(radius, length(p - middle));
     camera.eye = middle + 4 * radius * camera.back;
     // Fit the projected bounds: start from the sphere, then zoom to what is really covered.
     camera.focal = 1;
-    double extentX = 1e-9, extentY = 1e-9;
+    Bounds covered;
     for (const MeshObject& o : objects)
-        for (const Vec3& p : o.mesh.points) {
-            const Vec3 q = camera.project(p);
-            extentX = std::max(extentX, std::abs(q[0]));
-            extentY = std::max(extentY, std::abs(q[1]));
-        }
-    camera.focal = 0.94 * view.zoom * std::min(0.5 * w / extentX, 0.5 * h / extentY);
-    camera.cx = 0.5 * w;
-    camera.cy = 0.5 * h;
+        for (const Vec3& p : o.mesh.points) covered.add(camera.project(p));
+    const Vec3 extent = 0.5 * covered.size(), centre = 0.5 * (covered.min + covered.max);
+    camera.focal =
+        0.94 * view.zoom * std::min(0.5 * w / std::max(1e-9, extent[0]), 0.5 * h / std::max(1e-9, extent[1]));
+    const Vec3 aim = view.target ? camera.project(*view.target) : camera.focal * centre;
+    camera.cx = 0.5 * w - aim[0];
+    camera.cy = 0.5 * h - aim[1];
 
     Stage stage(objects);
-    const Vec3 key = normalized(-0.55 * camera.right + 0.75 * camera.up + 0.75 * camera.back);
-    const Vec3 fill = normalized(0.9 * camera.right + 0.1 * camera.up + 0.6 * camera.back);
-    Camera sun = orthonormalCamera(key);
-    const int shadowSize = 3000;
-    sun.eye = middle + 2 * radius * key;
-    sun.scale = 0.49 * shadowSize / radius;
-    sun.cx = sun.cy = 0.5 * shadowSize;
-    Raster shadow(shadowSize, shadowSize);
-    stage.project(sun);
-    stage.draw(shadow);
+    const Studio studio(camera);
+    const ShadowMap shadow(stage, studio.key(), middle, radius, view.cut);
     Raster raster(w, h);
     stage.project(camera);
-    stage.draw(raster);
+    stage.draw(raster, view.cut);
+    // Where the cut opens a solid, its inner side is seen: what is meant is the section.
+    std::vector<char> section(view.cut ? raster.item.size() : 0, 0);
+    if (view.cut)
+        tbb::parallel_for(0, h, [&](int y) {
+            for (int x = 0; x < w; ++x) {
+                const size_t at = raster.at(x, y);
+                if (raster.item[at] < 0) continue;
+                const auto [o, t] = stage.locate(raster.item[at]);
+                const Vec3 ray = camera.ray(x + 0.5, y + 0.5);
+                const double slope = dot(ray, view.cut->normal);
+                if (dot(triangleNormal(objects[o].mesh, t), ray) <= 0 || slope >= 0) continue;
+                raster.depth[at] = float(-view.cut->beyond(camera.eye) / slope);
+                section[at] = 1;
+            }
+        });
 
-    std::vector<uint8_t> rgb(size_t(view.width) * size_t(view.height) * 3);
+    std::vector<uint8_t> rgba(size_t(view.width) * size_t(view.height) * 4);
     tbb::parallel_for(0, view.height, [&](int py) {
         for (int px = 0; px < view.width; ++px) {
             Vec3 sum(0, 0, 0);
+            int hits = 0;
             double ao = 0, aoDepth = -1e30;  // shared by the samples of a pixel that see the same ground
             for (int s = 0; s < kSuper * kSuper; ++s) {
                 const int x = px * kSuper + s % kSuper, y = py * kSuper + s / kSuper;
-                const int64_t id = raster.item[size_t(y) * size_t(w) + size_t(x)];
-                if (id < 0) {
-                    sum += (0.93 - 0.18 * double(y) / h) * Vec3(1, 1, 1);
+                const size_t at = raster.at(x, y);
+                if (raster.item[at] < 0) {
+                    if (!view.transparent) sum += (0.93 - 0.18 * double(y) / h) * Vec3(1, 1, 1);
                     continue;
                 }
-                const auto [o, t] = stage.locate(id);
-                const Triangle& tri = objects[o].mesh.triangles[t];
+                ++hits;
+                const auto [o, t] = stage.locate(raster.item[at]);
+                const MeshObject& object = objects[o];
+                const Triangle& tri = object.mesh.triangles[t];
                 const Vec3 q[3] = {stage.projected[o][size_t(tri[0])], stage.projected[o][size_t(tri[1])],
                                    stage.projected[o][size_t(tri[2])]};
-                const double area =
-                    (q[1][0] - q[0][0]) * (q[2][1] - q[0][1]) - (q[2][0] - q[0][0]) * (q[1][1] - q[0][1]);
                 double b[3];
-                Raster::weights(q, area, x + 0.5, y + 0.5, b);
+                Raster::weights(q, x + 0.5, y + 0.5, b);
                 Vec3 n(0, 0, 0), p(0, 0, 0), color(0, 0, 0);
                 for (size_t k = 0; k < 3; ++k) {
                     const size_t v = size_t(tri[k]);
                     n += b[k] * stage.normals[o][v];
-                    p += b[k] * objects[o].mesh.points[v];
-                    color += b[k] * (objects[o].vertexColors.empty() ? objects[o].color : objects[o].vertexColors[v]);
+                    p += b[k] * object.mesh.points[v];
+                    color += b[k] * (object.vertexColors.empty() ? object.color : object.vertexColors[v]);
                 }
-                n = normalized(n);
-                const double depth = raster.depth[size_t(y) * size_t(w) + size_t(x)], perUnit = camera.focal / depth;
+                const size_t most = size_t(std::max_element(b, b + 3) - b);
+                const Finish finish =
+                    object.vertexFinish.empty() ? object.finish : object.vertexFinish[size_t(tri[most])];
+                const double depth = raster.depth[at];
+                if (view.cut && section[at]) {
+                    n = view.cut->normal;
+                    p = camera.eye + depth * camera.ray(x + 0.5, y + 0.5);
+                }
                 constexpr double kSameGround = 0.003;  // of the radius
                 if (std::abs(depth - aoDepth) > kSameGround * radius) {
-                    ao = occlusion(raster, x, y, perUnit, 0.03 * radius);
+                    ao = occlusion(raster, x, y, camera.focal / depth, 0.03 * radius);
                     aoDepth = depth;
                 }
-                // Percentage-closer shadow, moved off the surface by about a texel.
-                const Vec3 l = sun.project(p + (1.5 / sun.scale) * n);
-                double lit = 0;
-                for (int i = -1; i <= 1; ++i)
-                    for (int j = -1; j <= 1; ++j) {
-                        const int sx = std::clamp(int(l[0]) + i, 0, shadowSize - 1),
-                                  sy = std::clamp(int(l[1]) + j, 0, shadowSize - 1);
-                        lit += l[2] <=
-                               double(shadow.depth[size_t(sy) * size_t(shadowSize) + size_t(sx)]) + 1.0 / sun.scale;
-                    }
-                lit /= 9;
-                const Vec3 half = normalized(key + normalized(camera.eye - p));
-                const double diffuse = 0.85 * lit * std::max(0.0, dot(n, key)) + ao * (0.30 + 0.12 * n[2]) +
-                                       0.18 * ao * std::max(0.0, dot(n, fill));
-                const double shine = 0.14 * lit * fortieth(std::max(0.0, dot(n, half)));
-                for (int k = 0; k < 3; ++k) sum[k] += toLinear(color[k]) * diffuse + shine;
+                Studio::Point point;
+                point.normal = normalized(n);
+                point.toEye = normalized(camera.eye - p);
+                for (int k = 0; k < 3; ++k) point.albedo[k] = toLinear(color[k]);
+                const ShadowMap::Light light = shadow.at(p, point.normal);
+                point.open = ao;
+                point.lit = light.lit;
+                point.depth = light.depth / (0.05 * radius);
+                sum += studio.shade(point, look(finish));
             }
-            sum /= double(kSuper * kSuper);
-            for (int k = 0; k < 3; ++k)
-                rgb[(size_t(py) * size_t(view.width) + size_t(px)) * 3 + size_t(k)] = toScreen(sum[k]);
+            uint8_t* pixel = &rgba[(size_t(py) * size_t(view.width) + size_t(px)) * 4];
+            const double samples = view.transparent ? std::max(1, hits) : kSuper * kSuper;
+            for (int k = 0; k < 3; ++k) pixel[k] = toScreen(sum[k] / samples);
+            pixel[3] = view.transparent ? uint8_t(255 * hits / (kSuper * kSuper)) : 255;
         }
     });
-    drawLabels(raster, stage, view, rgb);
-    return rgb;
+    drawLabels(raster, stage, view, rgba);
+    return rgba;
 }
 
 /// Copies whose vertices are split at creases, so that normals break there.
@@ -356,23 +272,50 @@ std::vector<MeshObject> creased(std::vector<MeshObject> objects) {
 
 }  // namespace
 
-void renderPng(const std::string& path, const std::vector<MeshObject>& objects, const View& view) {
-    renderPng(path, objects, std::vector<View>{view});
+double elevationOf(const View& view, const std::vector<MeshObject>& objects) {
+    if (view.elevationDegrees) return *view.elevationDegrees;
+    const Vec3 size = boundsOf(objects).size();
+    return size[2] < 0.22 * std::max(size[0], size[1]) ? 42 : 18;
 }
 
-void renderPng(const std::string& path, const std::vector<MeshObject>& objects, const std::vector<View>& views) {
-    const bool sharp = std::any_of(views.begin(), views.end(), [](const View& v) { return v.sharpCreases; });
-    std::vector<MeshObject> split;
-    if (sharp) split = creased(objects);
-    const int height = views[0].height, width = views[0].width, all = width * int(views.size());
-    std::vector<uint8_t> rgb(size_t(all) * size_t(height) * 3);
-    for (size_t i = 0; i < views.size(); ++i) {
-        const std::vector<uint8_t> one = render(sharp ? split : objects, views[i]);
-        for (int y = 0; y < height; ++y)
-            std::copy_n(&one[size_t(y) * size_t(width) * 3], size_t(width) * 3,
-                        &rgb[(size_t(y) * size_t(all) + i * size_t(width)) * 3]);
+Vec3 towardsCamera(const View& view, const std::vector<MeshObject>& objects) {
+    const double a = degreesToRadians(view.azimuthDegrees), e = degreesToRadians(elevationOf(view, objects));
+    return {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
+}
+
+CutPlane middleCut(const View& view, const Bounds& bounds) {
+    const double a = degreesToRadians(view.azimuthDegrees + 25);
+    CutPlane cut;
+    cut.normal = Vec3(std::cos(a), std::sin(a), 0);
+    cut.offset = dot(0.5 * (bounds.min + bounds.max), cut.normal);
+    cut.bias = 0.003 * bounds.longestSide();
+    return cut;
+}
+
+void renderPicture(const std::string& path, const std::vector<MeshObject>& objects, const View& view) {
+    renderPicture(path, {Panel{&objects, view}}, 1);
+}
+
+void renderPicture(const std::string& path, const std::vector<Panel>& panels, int columns) {
+    writePicture(path, rendered(panels, columns));
+}
+
+Picture rendered(const std::vector<Panel>& panels, int columns) {
+    const int width = panels[0].view.width, height = panels[0].view.height;
+    Picture all;
+    all.width = width * columns;
+    all.height = height * ((int(panels.size()) + columns - 1) / columns);
+    all.rgba.assign(size_t(all.width) * size_t(all.height) * 4, 255);
+    for (size_t i = 0; i < panels.size(); ++i) {
+        const Panel& p = panels[i];
+        const std::vector<uint8_t> one =
+            p.view.sharpCreases ? render(creased(*p.objects), p.view) : render(*p.objects, p.view);
+        const size_t left = i % size_t(columns) * size_t(width), top = i / size_t(columns) * size_t(height);
+        for (size_t y = 0; y < size_t(height); ++y)
+            std::copy_n(&one[y * size_t(width) * 4], size_t(width) * 4,
+                        &all.rgba[((top + y) * size_t(all.width) + left) * 4]);
     }
-    writePng(path, all, height, rgb);
+    return all;
 }
 
 }  // namespace pavel

@@ -5,6 +5,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "pavel/core/finish.h"
 #include "pavel/io/json_reader.h"
 #include "pavel/io/mesh_write.h"
 
@@ -90,6 +91,13 @@ void readShape(JsonReader& r, std::string& shape, ShapeParameters& parameters, b
     makeShape(shape, parameters);  // checks the ranges
 }
 
+void readLook(JsonReader& r, std::string& color, std::string& finish) {
+    r.get("color", color);
+    if (!color.empty()) parseColor(color, r.at("color"));
+    r.get("finish", finish);
+    if (!finish.empty()) finishNamed(finish, r.at("finish"));
+}
+
 ElementOptions readElement(const json& j, const std::string& path) {
     JsonReader r(j, path);
     ElementOptions e;
@@ -100,10 +108,7 @@ ElementOptions readElement(const json& j, const std::string& path) {
     r.get("scale", e.scale);
     r.get("up", e.up);
     r.get("weight", e.weight);
-    r.get("color", e.color);
-    if (!e.color.empty() && (e.color.size() != 7 || e.color[0] != '#' ||
-                             e.color.find_first_not_of("0123456789abcdefABCDEF", 1) != std::string::npos))
-        throw InputError(path + ".color: write it as \"#rrggbb\"");
+    readLook(r, e.color, e.finish);
     r.get("sink", e.sink);
     if (const json* k = r.find("stiffness")) {
         const bool rigid = k->is_string() && k->get<std::string>() == "rigid";
@@ -299,6 +304,21 @@ OutputOptions readOutput(const json& j) {
     r.get("adaptivity", o.adaptivity);
     r.get("with_base", o.withBase);
     r.get("preview", o.preview);
+    r.get("figure", o.figure);
+    if (const json* v = r.find("view")) {
+        JsonReader view(*v, r.at("view"));
+        view.get("azimuth", o.view.azimuth);
+        view.get("elevation", o.view.elevation);
+        view.get("zoom", o.view.zoom);
+        view.get("width", o.view.width);
+        view.get("height", o.view.height);
+        view.finish();
+        for (int side : {o.view.width, o.view.height})
+            if (side < 16 || side > 8192) throw InputError(r.at("view") + ": width and height must be 16 to 8192");
+        if (!(o.view.zoom > 0)) throw InputError(r.at("view.zoom") + ": must be above 0");
+        if (o.view.elevation && !(std::abs(*o.view.elevation) <= 89))
+            throw InputError(r.at("view.elevation") + ": must be from -89 to 89 degrees");
+    }
     r.finish();
     return o;
 }
@@ -324,6 +344,7 @@ Scene parseScene(const std::string& text, const std::string& name, const std::st
             b.get("scale_to", s.base.scaleTo);
             b.get("fill_holes", s.base.fillHoles);
             b.get("thicken", s.base.thicken);
+            readLook(b, s.base.color, s.base.finish);
             b.finish();
         }
         if (const json* j = r.find("elements")) {

@@ -35,6 +35,11 @@ std::string valuesPath(const std::string& name, const Scene& scene, const std::s
     return isFile ? pathFrom(name, scene, folder) : name;
 }
 
+void addLook(ordered& j, const std::string& color, const std::string& finish) {
+    if (!color.empty()) j["color"] = color;
+    if (!finish.empty()) j["finish"] = finish;
+}
+
 ordered linesJson(const std::vector<std::vector<Vec3>>& lines) {
     ordered j = ordered::array();
     for (const auto& line : lines) {
@@ -113,6 +118,7 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
     if (s.base.scaleTo) base["scale_to"] = *s.base.scaleTo;
     base["fill_holes"] = s.base.fillHoles;
     base["thicken"] = s.base.thicken;
+    addLook(base, s.base.color, s.base.finish);
     root["base"] = base;
     root["elements"] = ordered::array();
     for (const ElementOptions& e : s.elements) {
@@ -121,7 +127,7 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
                                  : parametersJson(e.shape, e.parameters));
         j["scale"] = e.scale;
         j["weight"] = e.weight;
-        if (!e.color.empty()) j["color"] = e.color;
+        addLook(j, e.color, e.finish);
         j["stiffness"] =
             std::isinf(e.stiffness) ? nlohmann::ordered_json("rigid") : nlohmann::ordered_json(e.stiffness);
         j["sink"] = e.sink;
@@ -150,7 +156,14 @@ std::string sceneJson(const Scene& s, const std::string& folder) {
                       {"mesh", s.output.mesh},
                       {"adaptivity", s.output.adaptivity},
                       {"with_base", s.output.withBase},
-                      {"preview", s.output.preview}};
+                      {"preview", s.output.preview},
+                      {"figure", s.output.figure},
+                      {"view",
+                       {{"azimuth", s.output.view.azimuth},
+                        {"zoom", s.output.view.zoom},
+                        {"width", s.output.view.width},
+                        {"height", s.output.view.height}}}};
+    if (s.output.view.elevation) root["output"]["view"]["elevation"] = *s.output.view.elevation;
     const ShellOptions& shell = s.shell;
     root["shell"] = {{"parts", shell.split == "count"    ? ordered(shell.parts)
                                : shell.split == "groups" ? ordered{{"groups", true}}

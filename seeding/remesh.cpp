@@ -40,6 +40,7 @@ void Remesher::standOn(std::vector<SurfacePoint> points) {
     kind_.assign(on_.size(), Kind::smooth);
     along_.assign(on_.size(), Vec3(0, 0, 0));
     optimum_ = tri_.place;
+    owner_.clear();
     for (size_t v = 0; v < on_.size(); ++v)
         if (tri_.mesh.is_boundary(Vertex(int(v)))) kind_[v] = Kind::boundary;
 }

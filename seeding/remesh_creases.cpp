@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <atomic>
 
 #include "pavel/seeding/remesher.h"
 
@@ -63,7 +64,8 @@ int Planes::solve(double share, int most, double reach, Vec3& move, Vec3& along)
     }
 }
 
-/// Every triangle of the surface to the nearest vertex, spreading from the vertices' own triangles.
+/// Every triangle of the surface to a vertex that is nearer than its neighbours', spreading from the vertices' own
+/// triangles: in each round, a triangle looks at what its neighbours had in the last.
 void Remesher::assignTriangles() {
     const auto& neighbours = surface_.neighbours();
     const TriangleMesh& mesh = surface_.mesh();
@@ -71,27 +73,37 @@ void Remesher::assignTriangles() {
         const Vec3 d = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3 - on_[size_t(v)].position;
         return dot(d, d);
     };
-    owner_.assign(mesh.triangles.size(), -1);
-    std::vector<int> layer, next;
+    const size_t n = mesh.triangles.size();
+    // Vertices move little between two calls: most owners stay.
+    const bool known = owner_.size() == n;
+    if (!known) owner_.assign(n, -1);
+    for (int& v : owner_)
+        if (v >= 0 && tri_.mesh.status(Vertex(v)).deleted()) v = -1;
+    std::vector<char> changed(n, known), changing(n, 0);
     for (size_t v = 0; v < on_.size(); ++v) {
-        int& owner = owner_[size_t(on_[v].triangle)];
-        if (owner >= 0 || tri_.mesh.status(Vertex(int(v))).deleted()) continue;
-        owner = int(v);
-        layer.push_back(on_[v].triangle);
+        const size_t t = size_t(on_[v].triangle);
+        if (owner_[t] >= 0 || tri_.mesh.status(Vertex(int(v))).deleted()) continue;
+        owner_[t] = int(v);
+        changed[t] = 1;
     }
-    while (!layer.empty()) {
-        next.clear();
-        for (int t : layer)
-            for (int n : neighbours[size_t(t)]) {
-                if (n < 0) continue;
-                const int offered = owner_[size_t(t)];
-                int& owner = owner_[size_t(n)];
-                if (owner == offered || (owner >= 0 && distance2(size_t(n), offered) >= distance2(size_t(n), owner)))
-                    continue;
-                owner = offered;
-                next.push_back(n);
+    std::vector<int> next = owner_;
+    for (std::atomic<bool> any{true}; any;) {
+        any = false;
+        tbb::parallel_for(size_t(0), n, [&](size_t t) {
+            int best = owner_[t];
+            double least = best < 0 ? 1e300 : -1;
+            for (int m : neighbours[t]) {
+                if (m < 0 || !changed[size_t(m)] || owner_[size_t(m)] < 0 || owner_[size_t(m)] == best) continue;
+                if (least < 0) least = distance2(t, best);
+                const double d = distance2(t, owner_[size_t(m)]);
+                if (d < least) best = owner_[size_t(m)], least = d;
             }
-        std::swap(layer, next);
+            changing[t] = best != owner_[t];
+            next[t] = best;
+            if (changing[t] && !any) any = true;
+        });
+        std::swap(owner_, next);
+        std::swap(changed, changing);
     }
 }
 

@@ -70,11 +70,17 @@ void Remesher::flipEdges(bool byValence) {
     for (size_t i = 0; i < m.n_edges(); ++i)
         for (int side = 0; side < 2 && alive(Edge(int(i))); ++side)
             ++valence_[size_t(m.to_vertex_handle(m.halfedge_handle(Edge(int(i)), side)).idx())];
+    std::vector<char> wanted(m.n_edges());
     for (int pass = 0; pass < 4; ++pass) {
         size_t flips = 0;
-        for (size_t i = 0; i < m.n_edges(); ++i) {
+        // Few flip: which may is found in parallel, and asked again when its turn comes.
+        tbb::parallel_for(size_t(0), wanted.size(), [&](size_t i) {
             const Edge e{int(i)};
-            if (!alive(e) || !wantsFlip(e, byValence)) continue;
+            wanted[i] = alive(e) && wantsFlip(e, byValence);
+        });
+        for (size_t i = 0; i < wanted.size(); ++i) {
+            const Edge e{int(i)};
+            if (!wanted[i] || !wantsFlip(e, byValence)) continue;
             const Halfedge h = m.halfedge_handle(e, 0);
             const Vertex ends[2] = {m.from_vertex_handle(h), m.to_vertex_handle(h)};
             if (!tri_.flip(e)) continue;
@@ -114,7 +120,7 @@ bool Remesher::facesOut(Vertex v, const Vec3& p) const {
 void Remesher::improveWorst() {
     constexpr double kSharp = 0.8;  // cosine
     constexpr int kDirections = 8;
-    for (int sweep = 0; sweep < 6; ++sweep)
+    for (int sweep = 0; sweep < 12; ++sweep)
         for (size_t i = 0; i < on_.size(); ++i) {
             const Vertex v{int(i)};
             if (kind_[i] != Kind::smooth || tri_.mesh.status(v).deleted()) continue;

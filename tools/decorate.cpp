@@ -5,23 +5,17 @@
 
 #include "pavel/core/error.h"
 #include "pavel/io/atomic_output.h"
-#include "pavel/io/preview.h"
 #include "pavel/io/report_json.h"
 #include "pavel/io/scene_json.h"
 #include "pavel/io/vdb_file.h"
 #include "pavel/tools/load.h"
 #include "pavel/tools/output_meshes.h"
+#include "pavel/tools/pictures.h"
 
 namespace pavel {
 namespace {
 
 namespace fs = std::filesystem;
-size_t triangleCount(const std::vector<MeshObject>& objects) {
-    size_t n = 0;
-    for (const MeshObject& o : objects) n += o.mesh.triangles.size();
-    return n;
-}
-
 void writeVdb(const AtomicOutput& out, const Scene& scene, const Packing& packing,
               const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, RunContext& context) {
     const auto warn = [&](const std::vector<std::string>& faults) {
@@ -52,31 +46,27 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     const std::vector<PlacedElement> placed = placeElements(seeds.seeds, kinds);
 
     PackOptions options = packOptions(scene, h);
-    options.solidWithBase = scene.output.withBase;
+    const OutputOptions& output = scene.output;
+    options.solidWithBase = output.withBase;
+    options.surface = output.vdb || output.preview || (!output.mesh.empty() && !output.separate);
     const Packing packing = pack(base, kinds, placed, options, context);
 
     Report report;
     report.voxelSize = h;
     report.threads = threads;
-    OutputMeshes meshes;
-    {
-        const StageTimer timer(context, "extract");
-        meshes = extractMeshes(packing, kinds, placed, scene.output);
-        report.extractedTriangles = triangleCount(meshes.objects);
-    }
-    if (scene.output.remeshVertices && !scene.output.mesh.empty()) {
-        const StageTimer timer(context, "remesh");
-        remeshObjects(meshes.objects, *scene.output.remeshVertices, context);
-    }
-    report.finalTriangles = triangleCount(meshes.objects);
+    const OutputMeshes meshes = extractMeshes(packing, kinds, placed, baseLook(scene.base), scene.output, context);
+    report.extractedTriangles = meshes.extractedTriangles;
+    for (const MeshObject& o : meshes.objects) report.finalTriangles += o.mesh.triangles.size();
     {
         const StageTimer timer(context, "write");
         writeText(out.place("seeds.json"), seedsJson(seeds, kinds, scene.units));
         writeText(out.place("scene.json"), sceneJson(scene, folder));
-        View view;
+        View view = sceneView(scene);
         view.sharpCreases = scene.output.remeshVertices.has_value();
         if (scene.output.preview)
-            renderPng(out.place("preview.png"), meshes.fused ? *meshes.fused : meshes.objects, view);
+            renderPicture(out.place("preview.png"), meshes.fused ? *meshes.fused : meshes.objects, view);
+        if (scene.output.figure)
+            writeFigure(out.place("figure.jpg"), scene, base, kinds, seeds, elementObjects(packing, kinds, placed, 0));
         context.progress("write", 0.3);
         writeMeshes(out, scene.output, meshes.objects, metresPerUnit(scene.units));
         context.progress("write", 0.6);

@@ -10,6 +10,7 @@
 #include "pavel/io/scene_json.h"
 #include "pavel/io/seed_files.h"
 #include "pavel/seeding/seed.h"
+#include "pavel/tools/objects.h"
 #include "pavel/vdb/offset_surface.h"
 
 namespace pavel {
@@ -43,11 +44,6 @@ void report(const std::string& name, const std::vector<std::string>& done, RunCo
     for (const std::string& d : done) context.warn(name + ": " + d);
 }
 
-Vec3 parseColor(const std::string& hex) {
-    const long v = std::stol(hex.substr(1), nullptr, 16);
-    return Vec3(double(v >> 16 & 255), double(v >> 8 & 255), double(v & 255)) / 255.0;
-}
-
 const char* const kPalette[] = {"#d9a78c", "#8fb3a8", "#c9b26b", "#9a8fb8", "#c98f9b", "#8fa6c9", "#b5c48f", "#bf8f6b"};
 
 }  // namespace
@@ -78,7 +74,12 @@ std::vector<ElementKind> loadKinds(const Scene& scene, RunContext& context) {
         k.stiffness = e.stiffness;
         k.sink = e.sink;
         k.footprint = footprintArea(k.mesh);
-        k.color = parseColor(e.color.empty() ? kPalette[kinds.size() % std::size(kPalette)] : e.color);
+        const std::string plain = kPalette[kinds.size() % std::size(kPalette)];
+        k.finish = e.finish.empty() ? Finish::clay : finishNamed(e.finish, "elements.finish");
+        k.color = parseColor(!e.color.empty()   ? e.color
+                             : e.finish.empty() ? plain
+                                                : look(k.finish).color,
+                             "elements.color");
         kinds.push_back(std::move(k));
     }
     return kinds;

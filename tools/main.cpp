@@ -81,16 +81,25 @@ int run(int argc, char** argv) {
     remesh->add_option("--vertices", vertices, "of the result")->required()->check(CLI::Range(4, 2000000000));
     addCommon(*remesh, common, false, voxel);
 
-    int width = 1200, height = 1000;
-    double azimuth = -60, elevation = 18, zoom = 1;
+    pavel::RenderOptions picture;
     auto* render = app.add_subcommand("render", "a picture of a mesh or .vdb file, headless");
-    render->add_option("FILE", name, "mesh or .vdb")->required();
-    render->add_option("-o,--output", file, "picture, .png")->required();
-    render->add_option("--width", width, "pixels")->check(CLI::Range(16, 8192));
-    render->add_option("--height", height, "pixels")->check(CLI::Range(16, 8192));
-    render->add_option("--azimuth", azimuth, "of the camera, degrees about z");
-    render->add_option("--elevation", elevation, "of the camera, degrees")->check(CLI::Range(-89, 89));
-    render->add_option("--zoom", zoom, "enlargement")->check(CLI::PositiveNumber);
+    render->add_option("FILE", picture.input, "mesh or .vdb")->required();
+    render->add_option("-o,--output", picture.picture, "picture: .png or .jpg")->required();
+    render->add_option("--width", picture.width, "pixels")->check(CLI::Range(16, 8192));
+    render->add_option("--height", picture.height, "pixels")->check(CLI::Range(16, 8192));
+    render->add_option("--azimuth", picture.azimuth, "of the camera, degrees about z (default: -60)");
+    render
+        ->add_option("--elevation", picture.elevation,
+                     "of the camera, degrees (default: 18; flat things from higher up)")
+        ->check(CLI::Range(-89, 89));
+    render->add_option("--zoom", picture.zoom, "enlargement")->check(CLI::PositiveNumber);
+    render->add_option("--finish", picture.finish, "clay, ceramic, gold, jade or pearl");
+    render->add_option("--color", picture.color, "#rrggbb, instead of the finish's own");
+    render->add_flag("--back", picture.back, "from behind");
+    render->add_flag("--cut", picture.cut, "cut open through the middle");
+    render->add_flag("--transparent", picture.transparent, "no background (PNG)");
+    render->add_option("--turntable", picture.frames, "pictures of a full turn, NAME_01.png and on")
+        ->check(CLI::Range(1, 3600));
     addCommon(*render, common, false, voxel);
 
     std::vector<std::string> files;
@@ -102,7 +111,17 @@ int run(int argc, char** argv) {
     validate->add_option("SCENE", scene, "scene file")->required();
     addCommon(*validate, common, true, voxel);
 
-    for (const char* later : {"bench"}) app.add_subcommand(later, "not available yet")->allow_extras();
+    std::vector<std::string> names;
+    std::string bunny, benchFolder = "pavel-bench";
+    auto* bench = app.add_subcommand("bench", "rebuilds the paper's tables and gallery, and compares");
+    bench->add_option(
+        "NAME", names,
+        "paper (its tables), large (at eight times the voxels), gallery, or built-in scenes (default: the "
+        "first three)");
+    bench->add_option("-o,--output", benchFolder, "folder for pages, JSON and pictures (default: pavel-bench)");
+    bench->add_option("--bunny", bunny, "mesh for the scene `bunny`, instead of the built-in stand-in")
+        ->check(CLI::ExistingFile);
+    addCommon(*bench, common, false, voxel);
 
     try {
         app.parse(argc, argv);
@@ -135,13 +154,13 @@ int run(int argc, char** argv) {
     else if (*remesh)
         pavel::commandRemesh(name, file, vertices, common);
     else if (*render)
-        pavel::commandRender(name, file, width, height, azimuth, elevation, zoom, common);
+        pavel::commandRender(picture, common);
     else if (*info)
         pavel::commandInfo(files, common);
     else if (*validate)
         pavel::commandValidate(scene, common);
     else
-        throw pavel::InputError("pavel " + app.get_subcommands().front()->get_name() + ": is not available yet");
+        pavel::commandBench(names, benchFolder, bunny, common);
     return 0;
 }
 

@@ -6,6 +6,16 @@
 
 namespace pavel {
 
+BaseLook baseLook(const BaseOptions& base) {
+    BaseLook l;
+    if (!base.finish.empty()) {
+        l.finish = finishNamed(base.finish, "base.finish");
+        l.color = parseColor(look(l.finish).color, "base.finish");
+    }
+    if (!base.color.empty()) l.color = parseColor(base.color, "base.color");
+    return l;
+}
+
 Vec3 elementColor(const ElementKind& kind, int id) {
     Rng rng(uint64_t(id), 7);
     return kind.color * rng.uniform(0.92, 1.06);

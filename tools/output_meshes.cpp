@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 
 #include "pavel/seeding/remesh.h"
 #include "pavel/tools/objects.h"
@@ -11,75 +12,157 @@
 namespace pavel {
 namespace {
 
+size_t triangleCount(const std::vector<MeshObject>& objects) {
+    size_t n = 0;
+    for (const MeshObject& o : objects) n += o.mesh.triangles.size();
+    return n;
+}
+
 MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds,
-                       const std::vector<PlacedElement>& placed) {
+                       const std::vector<PlacedElement>& placed, const BaseLook& baseLook) {
     MeshObject object;
     object.name = object.material = "decoration";
     object.mesh = std::move(fused.mesh);
-    object.vertexColors.assign(object.mesh.points.size(), kBaseColor);
-    std::vector<char> decorated(object.mesh.points.size(), 0);
+    const size_t n = object.mesh.points.size();
+    object.vertexColors.assign(n, baseLook.color);
+    object.vertexFinish.assign(n, baseLook.finish);
+    std::vector<char> decorated(n, 0);
     for (size_t t = 0; t < fused.ids.size(); ++t) {
         const int id = fused.ids[t];
         if (id == 0) continue;
-        const Vec3 c = elementColor(kinds[size_t(placed[size_t(id) - 1].kind)], id);
-        for (int v : object.mesh.triangles[t])
-            if (!decorated[size_t(v)]) object.vertexColors[size_t(v)] = c, decorated[size_t(v)] = 1;
+        const ElementKind& kind = kinds[size_t(placed[size_t(id) - 1].kind)];
+        const Vec3 c = elementColor(kind, id);
+        for (int v : object.mesh.triangles[t]) {
+            if (decorated[size_t(v)]) continue;
+            object.vertexColors[size_t(v)] = c;
+            object.vertexFinish[size_t(v)] = kind.finish;
+            decorated[size_t(v)] = 1;
+        }
+    }
+    const Finish first = n ? object.vertexFinish[0] : Finish::clay;
+    if (std::all_of(object.vertexFinish.begin(), object.vertexFinish.end(), [&](Finish f) { return f == first; })) {
+        object.finish = first;
+        object.vertexFinish.clear();
     }
     return object;
 }
 
-std::vector<MeshObject> separateObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
-                                        const std::vector<PlacedElement>& placed, const OutputOptions& options) {
-    std::vector<MeshObject> objects(placed.size());
-    tbb::parallel_for(size_t(0), placed.size(), [&](size_t i) {
-        const PlacedElement& p = placed[i];
-        objects[i].mesh = extractElement(packing, p.id, options.adaptivity);
-        objects[i].name = objectName(p.id, kinds[size_t(p.kind)].name);
-        objects[i].color = kinds[size_t(p.kind)].color;
-        objects[i].material = kinds[size_t(p.kind)].name;
-    });
-    objects.erase(
-        std::remove_if(objects.begin(), objects.end(), [](const MeshObject& o) { return o.mesh.triangles.empty(); }),
-        objects.end());
-    if (options.withBase) {
-        MeshObject base;
-        base.name = "base";
-        base.mesh = extractBase(packing, options.adaptivity);
-        base.color = kBaseColor;
-        base.material = "base";
-        objects.push_back(std::move(base));
-    }
-    return objects;
-}
-
 void remeshObject(MeshObject& object, size_t vertices, const std::function<void(double)>& progress) {
     Remeshed fine = remeshed(object.mesh, vertices, progress);
-    std::vector<Vec3> colors;
-    if (!object.vertexColors.empty()) {
-        colors.resize(fine.mesh.points.size());
-        for (size_t t = fine.source.size(); t-- > 0;)
-            for (int v : fine.mesh.triangles[t])
-                colors[size_t(v)] = object.vertexColors[size_t(object.mesh.triangles[size_t(fine.source[t])][0])];
-    }
+    std::vector<int> nearest(fine.mesh.points.size(), 0);  // a vertex of the old mesh for each of the new
+    for (size_t t = fine.source.size(); t-- > 0;)
+        for (int v : fine.mesh.triangles[t]) nearest[size_t(v)] = object.mesh.triangles[size_t(fine.source[t])][0];
+    const auto carry = [&](auto& values) {
+        if (values.empty()) return;
+        std::remove_reference_t<decltype(values)> carried;
+        for (int v : nearest) carried.push_back(values[size_t(v)]);
+        values = std::move(carried);
+    };
+    carry(object.vertexColors);
+    carry(object.vertexFinish);
     object.mesh = std::move(fine.mesh);
-    object.vertexColors = std::move(colors);
+}
+
+void remeshToShare(MeshObject& object, double vertices, const std::function<void(double)>& progress) {
+    const size_t share = std::max<size_t>(16, size_t(vertices));
+    if (share < object.mesh.points.size()) remeshObject(object, share, progress);
+}
+
+void warnWhereFew(size_t had, size_t wanted, RunContext& context) {
+    if (had <= wanted)
+        context.warn("output.remesh.vertices: the surface has only " + std::to_string(had) +
+                     " vertices; it is left as it is");
+}
+
+/// An element, or (id 0) the base, whose mesh is still to be extracted.
+struct Part {
+    int id = 0;
+    MeshObject object;
+};
+
+std::vector<Part> elementParts(const Packing& packing, const std::vector<ElementKind>& kinds,
+                               const std::vector<PlacedElement>& placed) {
+    std::vector<Part> parts;
+    for (const PlacedElement& p : placed) {
+        if (surfaceVoxels(packing, p.id) == 0) continue;  // swallowed
+        const ElementKind& kind = kinds[size_t(p.kind)];
+        parts.emplace_back();
+        parts.back().id = p.id;
+        MeshObject& o = parts.back().object;
+        o.name = objectName(p.id, kind.name);
+        o.material = kind.name;
+        o.color = kind.color;
+        o.finish = kind.finish;
+    }
+    return parts;
+}
+
+void extract(const Packing& packing, double adaptivity, Part& part) {
+    part.object.mesh = part.id ? extractElement(packing, part.id, adaptivity) : extractBase(packing, adaptivity);
+}
+
+std::vector<MeshObject> objectsOf(std::vector<Part> parts) {
+    std::vector<MeshObject> objects;
+    for (Part& p : parts)
+        if (!p.object.mesh.triangles.empty()) objects.push_back(std::move(p.object));
+    return objects;
 }
 
 }  // namespace
 
+std::vector<MeshObject> elementObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
+                                       const std::vector<PlacedElement>& placed, double adaptivity) {
+    std::vector<Part> parts = elementParts(packing, kinds, placed);
+    tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) { extract(packing, adaptivity, parts[i]); });
+    return objectsOf(std::move(parts));
+}
+
 OutputMeshes extractMeshes(const Packing& packing, const std::vector<ElementKind>& kinds,
-                           const std::vector<PlacedElement>& placed, const OutputOptions& options) {
+                           const std::vector<PlacedElement>& placed, const BaseLook& baseLook,
+                           const OutputOptions& options, RunContext& context) {
     OutputMeshes out;
-    const bool wanted = !options.mesh.empty();
+    const bool wanted = !options.mesh.empty(), separate = wanted && options.separate;
     std::vector<MeshObject> fused;
-    if ((wanted && !options.separate) || options.preview)
-        fused.push_back(fusedObject(extractFused(packing, options.withBase, options.adaptivity), kinds, placed));
-    if (!options.separate || !wanted) {
-        out.objects = std::move(fused);
-    } else {
-        out.objects = separateObjects(packing, kinds, placed, options);
-        out.fused = std::move(fused);
+    if ((wanted && !options.separate) || options.preview) {
+        const StageTimer timer(context, "extract");
+        fused.push_back(
+            fusedObject(extractFused(packing, options.withBase, options.adaptivity), kinds, placed, baseLook));
     }
+    if (!separate) {
+        out.extractedTriangles = triangleCount(fused);
+        if (wanted && options.remeshVertices) {
+            const StageTimer timer(context, "remesh");
+            remeshObjects(fused, *options.remeshVertices, context);
+        }
+        out.objects = std::move(fused);
+        return out;
+    }
+    out.fused = std::move(fused);
+    std::vector<Part> parts = elementParts(packing, kinds, placed);
+    if (options.withBase) {
+        parts.emplace_back();
+        parts.back().object.name = parts.back().object.material = "base";
+        parts.back().object.color = baseLook.color;
+        parts.back().object.finish = baseLook.finish;
+    }
+    // One after the other, so that no more than a few are held as finely as they are extracted.
+    const StageTimer timer(context, options.remeshVertices ? "remesh" : "extract");
+    double surface = 0;
+    for (const Part& p : parts) surface += double(surfaceVoxels(packing, p.id));
+    std::atomic<uint64_t> triangles{0}, vertices{0};
+    tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) {
+        context.check();
+        extract(packing, options.adaptivity, parts[i]);
+        MeshObject& o = parts[i].object;
+        triangles += o.mesh.triangles.size();
+        vertices += o.mesh.points.size();
+        if (options.remeshVertices)
+            remeshToShare(o, double(*options.remeshVertices) * double(surfaceVoxels(packing, parts[i].id)) / surface,
+                          {});
+    });
+    if (options.remeshVertices) warnWhereFew(vertices, *options.remeshVertices, context);
+    out.extractedTriangles = triangles;
+    out.objects = objectsOf(std::move(parts));
     return out;
 }
 
@@ -87,19 +170,14 @@ void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext
     size_t had = 0;
     double area = 0;
     for (const MeshObject& o : objects) had += o.mesh.points.size(), area += meshArea(o.mesh);
-    if (had <= vertices) {
-        context.warn("output.remesh.vertices: the surface has only " + std::to_string(had) +
-                     " vertices; it is left as it is");
-        return;
-    }
+    warnWhereFew(had, vertices, context);
+    if (had <= vertices) return;
     tbb::parallel_for(size_t(0), objects.size(), [&](size_t i) {
         MeshObject& o = objects[i];
-        const size_t share = std::max<size_t>(16, size_t(double(vertices) * meshArea(o.mesh) / area));
-        if (share < o.mesh.points.size())
-            remeshObject(o, share, [&](double part) {
-                context.check();
-                if (objects.size() == 1) context.progress("remesh", part);
-            });
+        remeshToShare(o, double(vertices) * meshArea(o.mesh) / area, [&](double part) {
+            context.check();
+            if (objects.size() == 1) context.progress("remesh", part);
+        });
     });
     context.progress("remesh", 1);
 }

@@ -71,7 +71,7 @@ void writeAssembly(const std::string& path, const std::vector<ShellPart>& parts)
     }
     View back = front;
     back.azimuthDegrees += 180;
-    renderPng(path, objects, std::vector<View>{front, back});
+    renderPicture(path, {Panel{&objects, front}, Panel{&objects, back}}, 2);
 }
 
 std::string shellJson(const Scene& scene, const std::vector<ShellPart>& parts, const std::vector<Bounds>& bounds,

@@ -98,6 +98,12 @@ TriangleMesh extractBase(const Packing& packing, double adaptivity) {
     return levelSetMesh(*openvdb::FloatGrid::create(packing.grids->base), packing.voxelSize, adaptivity);
 }
 
+uint64_t surfaceVoxels(const Packing& packing, int id) {
+    if (id == 0) return packing.grids->base->activeVoxelCount();
+    const WorkTree::Ptr& tree = packing.grids->elements[size_t(id) - 1];
+    return tree ? tree->activeVoxelCount() : 0;
+}
+
 LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity) {
     const PackedGrids& grids = *packing.grids;
     if (withBase && !grids.solid) throw RunError("the solid with the base was not asked for when packing");

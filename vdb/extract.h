@@ -16,6 +16,8 @@ struct LabelledMesh {
 TriangleMesh extractElement(const Packing& packing, int id, double adaptivity = 0);
 /// The base as voxelised.
 TriangleMesh extractBase(const Packing& packing, double adaptivity = 0);
+/// Narrow-band voxels of an element or (id 0) of the base: in proportion to its surface, and known without a mesh.
+uint64_t surfaceVoxels(const Packing& packing, int id);
 /// All elements fused into one solid, with the base if it was asked for in the packing; triangles labelled by element.
 LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity = 0);
 

@@ -6,7 +6,7 @@
 #include "pavel/vdb/pack.h"
 
 int main() {
-    const pavel::Scene scene = pavel::parseScene(pavel::examples()[0].scene, "vase", ".");
+    const pavel::Scene scene = pavel::parseScene(pavel::findExample("vase").scene, "vase", ".");
     std::printf("%s: %zu kinds, %.0f mm^3\n", pavel::version(), scene.elements.size(),
                 pavel::meshVolume(pavel::makeShape("pearl")));
 }

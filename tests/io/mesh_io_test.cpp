@@ -1,6 +1,7 @@
 #include <boost/iostreams/filter/gzip.hpp>
 #include <boost/iostreams/filtering_stream.hpp>
 #include <fstream>
+#include <set>
 
 #include "pavel/core/error.h"
 #include "pavel/core/mesh_check.h"
@@ -200,9 +201,56 @@ TEST(Preview, ShowsALitSphere) {
     o.color = Vec3(1, 0, 0);
     View view;
     view.width = view.height = 64;
-    renderPng(folder / "s.png", {o}, view);
+    renderPicture(folder / "s.png", {o}, view);
     EXPECT_GT(std::filesystem::file_size(folder / "s.png"), 500u);
-    EXPECT_THROW(renderPng(folder / "none/s.png", {o}, view), RunError);
+    EXPECT_THROW(renderPicture(folder / "none/s.png", {o}, view), RunError);
+}
+
+TEST(Preview, CutsShowClosedSections) {
+    std::vector<MeshObject> ball(1);
+    ball[0].mesh = makeShape("sphere");
+    ball[0].color = Vec3(1, 0, 0);
+    View view;
+    view.width = view.height = 100;
+    view.azimuthDegrees = 0;
+    view.elevationDegrees = 0;
+    view.transparent = true;
+    const auto covered = [](const Picture& p) {
+        double sum = 0;
+        for (size_t i = 3; i < p.rgba.size(); i += 4) sum += p.rgba[i] / 255.0;
+        return sum;
+    };
+    const Picture whole = rendered({Panel{&ball, view}}, 1);
+    // A disc that fills 94 % of the picture.
+    EXPECT_NEAR(covered(whole), kPi * 47 * 47, 60);
+    // Seen from the side, half of it is gone; seen from the front, the section is as wide and flat.
+    view.cut = CutPlane{{0, 1, 0}, 0, 0.1};
+    EXPECT_NEAR(covered(rendered({Panel{&ball, view}}, 1)), kPi * 47 * 47 / 2, 60);
+    view.cut = CutPlane{{1, 0, 0}, 0, 0.1};
+    const Picture flat = rendered({Panel{&ball, view}}, 1);
+    const auto red = [](const Picture& p, int x, int y) { return int(p.rgba[size_t(4 * (y * p.width + x))]); };
+    EXPECT_GT(covered(flat), 0.9 * kPi * 47 * 47);
+    EXPECT_NEAR(red(flat, 50, 30), red(flat, 50, 70), 12);
+    EXPECT_GT(std::abs(red(whole, 30, 20) - red(whole, 70, 80)), 30);
+}
+
+TEST(Preview, FinishesDiffer) {
+    std::vector<MeshObject> ball(1);
+    ball[0].mesh = makeShape("sphere");
+    View view;
+    view.width = view.height = 64;
+    std::set<std::vector<uint8_t>> pictures;
+    for (const FinishLook& f : finishes()) {
+        ball[0].finish = finishNamed(f.name, "");
+        ball[0].color = parseColor("#c0c0c0", "");
+        pictures.insert(rendered({Panel{&ball, view}}, 1).rgba);
+    }
+    EXPECT_EQ(pictures.size(), finishes().size());
+    // Finishes by vertex are as good as by object.
+    const std::vector<uint8_t> byObject = rendered({Panel{&ball, view}}, 1).rgba;
+    ball[0].vertexFinish.assign(ball[0].mesh.points.size(), ball[0].finish);
+    ball[0].finish = Finish::clay;
+    EXPECT_EQ(rendered({Panel{&ball, view}}, 1).rgba, byObject);
 }
 
 TEST(AtomicOutput, WholeOrNotAtAll) {

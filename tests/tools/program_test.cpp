@@ -41,9 +41,9 @@ TEST(Program, HelpVersionAndUsage) {
     EXPECT_EQ(run("decorate").status, 2);
     EXPECT_EQ(run("fly").status, 2);
     EXPECT_EQ(run("decorate x.json --threads 0").status, 2);
-    const Outcome o = run("bench");
+    const Outcome o = run("bench spere");
     EXPECT_EQ(o.status, 2);
-    EXPECT_NE(o.text.find("not available yet"), std::string::npos);
+    EXPECT_NE(o.text.find("did you mean \"sphere\""), std::string::npos);
 }
 
 TEST(Program, MissingInputsAreNamed) {
@@ -133,7 +133,7 @@ TEST(Program, DecoratesRepeatably) {
     const test::TemporaryFolder folder;
     writeText(folder / "scene.json", kSmall);
     const std::string first = folder / "a", second = folder / "b";
-    Outcome o = run("decorate " + (folder / "scene.json") + " -o " + first + " --threads 1");
+    Outcome o = run("decorate " + (folder / "scene.json") + " -o " + first + " --threads 1 --set output.figure=true");
     ASSERT_EQ(o.status, 0) << o.text;
     EXPECT_NE(o.text.find("growth"), std::string::npos);
     // The scene that the run wrote repeats it; the second time with two threads.
@@ -149,7 +149,7 @@ TEST(Program, DecoratesRepeatably) {
     }
     EXPECT_GT(compared, 30u);  // one STL for each element, and the rest
     for (const char* name : {"decoration.glb", "decoration.ply", "decoration.obj", "decoration.vdb", "element_id.vdb",
-                             "elements.vdb", "preview.png", "seeds.json", "scene.json"})
+                             "elements.vdb", "preview.png", "figure.jpg", "seeds.json", "scene.json"})
         EXPECT_TRUE(fs::exists(first + "/" + name)) << name;
 
     const auto report = nlohmann::json::parse(slurp(first + "/report.json"));
@@ -214,6 +214,42 @@ TEST(Program, ShapesAndExamples) {
     const Outcome o = run("validate " + (folder / "ex") + "/scene.json");
     EXPECT_EQ(o.status, 0);
     EXPECT_NE(o.text.find("decoration voxels"), std::string::npos);
+}
+
+TEST(Program, RendersFinishesCutsAndTurns) {
+    const test::TemporaryFolder folder;
+    ASSERT_EQ(run("shape ring -o " + (folder / "ring.ply")).status, 0);
+    const std::string render = "render " + (folder / "ring.ply") + " --width 60 --height 50 ";
+    EXPECT_EQ(run(render + "--finish gold --cut --back -o " + (folder / "cut.jpg")).status, 0);
+    EXPECT_EQ(slurp(folder / "cut.jpg").substr(0, 2), "\xff\xd8");
+    EXPECT_EQ(run(render + "--transparent --turntable 3 -o " + (folder / "turn.png")).status, 0);
+    for (const char* name : {"turn_01.png", "turn_02.png", "turn_03.png"})
+        EXPECT_EQ(slurp(folder / name).substr(1, 3), "PNG") << name;
+    const Outcome o = run(render + "--finish glod -o " + (folder / "x.png"));
+    EXPECT_EQ(o.status, 2);
+    EXPECT_NE(o.text.find("did you mean \"gold\""), std::string::npos) << o.text;
+    EXPECT_EQ(run(render + "-o " + (folder / "x.gif")).status, 2);
+    EXPECT_EQ(run(render + "--color red -o " + (folder / "x.png")).status, 2);
+}
+
+TEST(Program, BenchWritesTablesBesideThePapers) {
+    const test::TemporaryFolder folder;
+    const std::string out = folder / "bench";
+    const Outcome o = run("bench tile_round pair -o " + out + " --quiet");
+    ASSERT_EQ(o.status, 0) << o.text;
+    const nlohmann::json tables = nlohmann::json::parse(slurp(out + "/tables.json"));
+    ASSERT_EQ(tables["paper"].size(), 2u);
+    const auto& tile = tables["paper"][0];
+    EXPECT_EQ(tile["elements"], 65);
+    EXPECT_NEAR(tile["coverage"], 1.32, 0.01);
+    EXPECT_NEAR(tile["decoration_voxels"], 5.27e6, 0.1e6);
+    EXPECT_NEAR(tile["overlap_percent"], tile["paper"]["overlap_percent"].get<double>(), 11.8 / 3);
+    EXPECT_NEAR(tile["final_triangles"], 260e3, 5e3);
+    EXPECT_LT(tile["max_relative_error"], 1e-3);
+    EXPECT_FALSE(tables["paper"][1].contains("paper"));  // the paper's table has no row for the pair
+    EXPECT_NE(slurp(out + "/tables.md").find("tile, gallery bottom"), std::string::npos);
+    EXPECT_FALSE(fs::exists(out + "/work"));
+    EXPECT_EQ(run("bench pair -o " + out + " --quiet").status, 2);  // there already
 }
 
 TEST(Program, RemeshesAnyMesh) {
