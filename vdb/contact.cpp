@@ -78,17 +78,6 @@ void RimLanes::set(int k, const Vec3f& m, const Vec3f& t) {
     tx[k] = t[0], ty[k] = t[1], tz[k] = t[2];
 }
 
-PAVEL_WIDE void RimLanes::distances2(const Vec3f& p, float d2[kCount]) const {
-    for (int k = 0; k < kCount; ++k) {
-        const float vx = p[0] - x[k], vy = p[1] - y[k], vz = p[2] - z[k];
-        float s = vx * tx[k] + vy * ty[k] + vz * tz[k];
-        s = s > kHalfPiece ? kHalfPiece : s;
-        s = s < -kHalfPiece ? -kHalfPiece : s;
-        const float wx = vx - s * tx[k], wy = vy - s * ty[k], wz = vz - s * tz[k];
-        d2[k] = wx * wx + wy * wy + wz * wz;
-    }
-}
-
 Vec3f RimLanes::nearestOn(int k, const Vec3f& p) const {
     const Vec3f m{x[k], y[k], z[k]}, t{tx[k], ty[k], tz[k]}, v = p - m;
     return m + t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
@@ -108,13 +97,40 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
     return lanes;
 }
 
-float nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p, float best, Vec3f& point) {
-    float d2[RimLanes::kCount];
-    for (const RimLanes& l : lanes) {
-        l.distances2(p, d2);
-        for (int k = 0; k < RimLanes::kCount; ++k)
-            if (d2[k] < best) best = d2[k], point = l.nearestOn(k, p);
+/// Squared distances to eight pieces. Inlined: each caller is compiled for wide registers itself. Unrolled, such loops
+/// would not be vectorised.
+[[gnu::always_inline]] inline void distances2(const RimLanes& l, const Vec3f& p, float d2[RimLanes::kCount]) {
+#pragma GCC unroll 1
+    for (int k = 0; k < RimLanes::kCount; ++k) {
+        const float vx = p[0] - l.x[k], vy = p[1] - l.y[k], vz = p[2] - l.z[k];
+        float s = vx * l.tx[k] + vy * l.ty[k] + vz * l.tz[k];
+        s = s > kHalfPiece ? kHalfPiece : s;
+        s = s < -kHalfPiece ? -kHalfPiece : s;
+        const float wx = vx - s * l.tx[k], wy = vy - s * l.ty[k], wz = vz - s * l.tz[k];
+        d2[k] = wx * wx + wy * wy + wz * wz;
     }
+}
+
+/// Squared distance to the nearest piece, and the point on it where that is less than `best`.
+[[gnu::always_inline]] inline float nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p, float best,
+                                              Vec3f& point) {
+    float least[RimLanes::kCount], d2[RimLanes::kCount];
+    int lane[RimLanes::kCount];
+    std::fill(least, least + RimLanes::kCount, best);
+    std::fill(lane, lane + RimLanes::kCount, -1);
+    for (int i = 0; i < int(lanes.size()); ++i) {
+        distances2(lanes[size_t(i)], p, d2);
+#pragma GCC unroll 1
+        for (int k = 0; k < RimLanes::kCount; ++k) {
+            lane[k] = d2[k] < least[k] ? i : lane[k];
+            least[k] = d2[k] < least[k] ? d2[k] : least[k];
+        }
+    }
+    int nearest = -1;
+    for (int k = 0; k < RimLanes::kCount; ++k)
+        if (least[k] < best || (least[k] == best && nearest >= 0 && lane[k] < lane[nearest]))
+            best = least[k], nearest = k;
+    if (nearest >= 0) point = lanes[size_t(lane[nearest])].nearestOn(nearest, p);
     return best;
 }
 
@@ -143,13 +159,13 @@ std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
     return points;
 }
 
-ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {
+PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {
     const float reach = float(radius + distance);
     std::vector<std::pair<Vec3f, Vec3f>> pieces;
     float d2[RimLanes::kCount];
     for (const Rim& rim : rims_)
         for (const RimLanes& l : rim.lanes) {
-            l.distances2(toFloat(centre), d2);
+            distances2(l, toFloat(centre), d2);
             for (int k = 0; k < RimLanes::kCount; ++k)
                 if (d2[k] < reach * reach) pieces.push_back({{l.x[k], l.y[k], l.z[k]}, {l.tx[k], l.ty[k], l.tz[k]}});
         }
@@ -158,11 +174,11 @@ ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, d
     return near;
 }
 
-float ContactDistance::Near::nearest(const Vec3f& p, Vec3f& point) const {
+PAVEL_WIDE float ContactDistance::Near::nearest(const Vec3f& p, Vec3f& point) const {
     return std::sqrt(nearestIn(lanes_, p, 1e30f, point));
 }
 
-Vec3 ContactDistance::nearest(const Vec3& p) const {
+PAVEL_WIDE Vec3 ContactDistance::nearest(const Vec3& p) const {
     const Vec3f q = toFloat(p);
     Vec3f point = q;
     float best = 1e30f;
@@ -177,7 +193,8 @@ PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
         float best[RimLanes::kCount], d2[RimLanes::kCount];
         std::fill(best, best + RimLanes::kCount, 1e30f);
         for (const RimLanes& l : rim.lanes) {
-            l.distances2(q, d2);
+            distances2(l, q, d2);
+#pragma GCC unroll 1
             for (int k = 0; k < RimLanes::kCount; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
         }
         const double least = *std::min_element(best, best + RimLanes::kCount);

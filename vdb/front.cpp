@@ -27,10 +27,10 @@ GrowthBlock* Front::make(const Coord& origin) {
     b0.origin = origin;
     b0.number = int(blocks.size()) - 1;
     b0.claims = claims_.block(origin);
-    b0.body = element.body->probeConstLeaf(origin);
-    b0.bodyTile = b0.body ? 0 : element.body->getValue(origin);
+    const WorkLeaf* leaf = element.body->probeConstLeaf(origin);
+    const float *body = leaf ? leaf->buffer().data() : nullptr, tile = leaf ? 0 : element.body->getValue(origin);
     for (int v = 0; v < 512; ++v) {
-        const float phi = b0.bodyAt(v);
+        const float phi = body ? body[v] : tile;
         b0.contact[v] = -1;
         b0.scale[v] = 0;
         b0.state[v] = phi < 0 ? kBody : kFar;
@@ -158,8 +158,9 @@ void Front::push(GrowthBlock* block, int v, double time) {
 
 void Front::start() {
     for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
+        const float* values = leaf->buffer().data();
         for (int v = 0; v < 512; ++v) {
-            const float phi = leaf->getValue(openvdb::Index(v));
+            const float phi = values[v];
             if (phi < 0 || phi > 1.8f) continue;
             const Coord c = leaf->offsetToGlobalCoord(openvdb::Index(v));
             bool beside = false;

@@ -15,9 +15,6 @@ enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody };
 
 struct GrowthBlock {
     Coord origin;
-    const WorkLeaf* body = nullptr;  ///< the body's values here, or null where bodyTile stands for all
-    float bodyTile = 0;
-    float bodyAt(int v) const { return body ? body->getValue(openvdb::Index(v)) : bodyTile; }
     ClaimBlock* claims = nullptr;
     GrowthBlock* next[6] = {};  ///< -x +x -y +y -z +z, null until made
     int number = 0;
