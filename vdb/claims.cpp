@@ -30,14 +30,16 @@ std::unique_ptr<ClaimBlock> ClaimMap::make(const Coord& origin) const {
         const WorkElement& e = elements_[size_t(i)];
         const WorkLeaf* leaf = e.body->probeConstLeaf(origin);
         if (!leaf && e.body->getValue(origin) > 0) continue;
-        for (openvdb::Index v = 0; v < 512; ++v)
-            if (!leaf || leaf->getValue(v) < 0) claims[v] = std::min(claims[v], makeClaim(0, e.id));
+        const float* values = leaf ? leaf->buffer().data() : nullptr;
+        for (int v = 0; v < 512; ++v)
+            if (!values || values[v] < 0) claims[v] = std::min(claims[v], makeClaim(0, e.id));
     }
     if (base_) {
         const auto* leaf = base_->probeConstLeaf(origin);
+        const float* values = leaf ? leaf->buffer().data() : nullptr;
         if (leaf || base_->getValue(origin) < 0)
-            for (openvdb::Index v = 0; v < 512; ++v)
-                if (!leaf || leaf->getValue(v) < 0) claims[v] = makeClaim(0, 0);
+            for (int v = 0; v < 512; ++v)
+                if (!values || values[v] < 0) claims[v] = makeClaim(0, 0);
     }
     auto block = std::make_unique<ClaimBlock>();
     for (size_t v = 0; v < 512; ++v) block->claims[v].store(claims[v], std::memory_order_relaxed);

@@ -10,11 +10,24 @@ namespace {
 constexpr float kHalfPiece = 0.75f, kSpacing = 1.2f;
 constexpr double kExponent = 4;
 
-template <class Field>
-Vec3 gradientOf(const Field& f, const Vec3& p) {
-    constexpr double h = 0.5;
-    return {f(p + Vec3(h, 0, 0)) - f(p - Vec3(h, 0, 0)), f(p + Vec3(0, h, 0)) - f(p - Vec3(0, h, 0)),
-            f(p + Vec3(0, 0, h)) - f(p - Vec3(0, 0, h))};
+/// A field at a point.
+struct Sample {
+    double value;
+    Vec3 gradient;
+};
+
+/// Both from the trilinear form of the eight nodes around, so that these are read once.
+template <class Reader>
+Sample sampleWithGradient(const Reader& reader, const Vec3& p) {
+    const Coord lo(int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2])));
+    const double u = p[0] - lo[0], v = p[1] - lo[1], w = p[2] - lo[2];
+    double c[8];
+    for (int n = 0; n < 8; ++n) c[n] = double(reader.getValue(lo.offsetBy(n >> 2, n >> 1 & 1, n & 1)));
+    const auto mix = [](double a, double b, double t) { return a + (b - a) * t; };
+    const double a = mix(c[0], c[1], w), b = mix(c[2], c[3], w), d = mix(c[4], c[5], w), e = mix(c[6], c[7], w);
+    return {mix(mix(a, b, v), mix(d, e, v), u),
+            {mix(d, e, v) - mix(a, b, v), mix(b - a, e - d, u),
+             mix(mix(c[1] - c[0], c[3] - c[2], v), mix(c[5] - c[4], c[7] - c[6], v), u)}};
 }
 
 /// Newton's method for the curve a = b = 0, smallest steps first found. False where it does not settle near its start.
@@ -22,9 +35,9 @@ template <class A, class B>
 bool snapToCurve(const A& a, const B& b, Vec3& p) {
     const Vec3 start = p;
     for (int it = 0; it < 6; ++it) {
-        const double va = a(p), vb = b(p);
+        const auto [va, ga] = a(p);
+        const auto [vb, gb] = b(p);
         if (std::abs(va) < 0.02 && std::abs(vb) < 0.02) return length(p - start) < 2;
-        const Vec3 ga = gradientOf(a, p), gb = gradientOf(b, p);
         const double aa = dot(ga, ga), ab = dot(ga, gb), bb = dot(gb, gb), det = aa * bb - ab * ab;
         if (det < 0.02) return false;  // the surfaces touch without crossing
         const double la = (-va * bb + vb * ab) / det, lb = (-vb * aa + va * ab) / det;
@@ -78,17 +91,6 @@ void RimLanes::set(int k, const Vec3f& m, const Vec3f& t) {
     tx[k] = t[0], ty[k] = t[1], tz[k] = t[2];
 }
 
-PAVEL_WIDE void RimLanes::distances2(const Vec3f& p, float d2[kCount]) const {
-    for (int k = 0; k < kCount; ++k) {
-        const float vx = p[0] - x[k], vy = p[1] - y[k], vz = p[2] - z[k];
-        float s = vx * tx[k] + vy * ty[k] + vz * tz[k];
-        s = s > kHalfPiece ? kHalfPiece : s;
-        s = s < -kHalfPiece ? -kHalfPiece : s;
-        const float wx = vx - s * tx[k], wy = vy - s * ty[k], wz = vz - s * tz[k];
-        d2[k] = wx * wx + wy * wy + wz * wz;
-    }
-}
-
 Vec3f RimLanes::nearestOn(int k, const Vec3f& p) const {
     const Vec3f m{x[k], y[k], z[k]}, t{tx[k], ty[k], tz[k]}, v = p - m;
     return m + t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
@@ -108,13 +110,40 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
     return lanes;
 }
 
-float nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p, float best, Vec3f& point) {
-    float d2[RimLanes::kCount];
-    for (const RimLanes& l : lanes) {
-        l.distances2(p, d2);
-        for (int k = 0; k < RimLanes::kCount; ++k)
-            if (d2[k] < best) best = d2[k], point = l.nearestOn(k, p);
+/// Squared distances to eight pieces. Inlined: each caller is compiled for wide registers itself. Unrolled, such loops
+/// would not be vectorised.
+[[gnu::always_inline]] inline void distances2(const RimLanes& l, const Vec3f& p, float d2[RimLanes::kCount]) {
+#pragma GCC unroll 1
+    for (int k = 0; k < RimLanes::kCount; ++k) {
+        const float vx = p[0] - l.x[k], vy = p[1] - l.y[k], vz = p[2] - l.z[k];
+        float s = vx * l.tx[k] + vy * l.ty[k] + vz * l.tz[k];
+        s = s > kHalfPiece ? kHalfPiece : s;
+        s = s < -kHalfPiece ? -kHalfPiece : s;
+        const float wx = vx - s * l.tx[k], wy = vy - s * l.ty[k], wz = vz - s * l.tz[k];
+        d2[k] = wx * wx + wy * wy + wz * wz;
     }
+}
+
+/// Squared distance to the nearest piece, and the point on it where that is less than `best`.
+[[gnu::always_inline]] inline float nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p, float best,
+                                              Vec3f& point) {
+    float least[RimLanes::kCount], d2[RimLanes::kCount];
+    int lane[RimLanes::kCount];
+    std::fill(least, least + RimLanes::kCount, best);
+    std::fill(lane, lane + RimLanes::kCount, -1);
+    for (int i = 0; i < int(lanes.size()); ++i) {
+        distances2(lanes[size_t(i)], p, d2);
+#pragma GCC unroll 1
+        for (int k = 0; k < RimLanes::kCount; ++k) {
+            lane[k] = d2[k] < least[k] ? i : lane[k];
+            least[k] = d2[k] < least[k] ? d2[k] : least[k];
+        }
+    }
+    int nearest = -1;
+    for (int k = 0; k < RimLanes::kCount; ++k)
+        if (least[k] < best || (least[k] == best && nearest >= 0 && lane[k] < lane[nearest]))
+            best = least[k], nearest = k;
+    if (nearest >= 0) point = lanes[size_t(lane[nearest])].nearestOn(nearest, p);
     return best;
 }
 
@@ -143,13 +172,13 @@ std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
     return points;
 }
 
-ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {
+PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {
     const float reach = float(radius + distance);
     std::vector<std::pair<Vec3f, Vec3f>> pieces;
     float d2[RimLanes::kCount];
     for (const Rim& rim : rims_)
         for (const RimLanes& l : rim.lanes) {
-            l.distances2(toFloat(centre), d2);
+            distances2(l, toFloat(centre), d2);
             for (int k = 0; k < RimLanes::kCount; ++k)
                 if (d2[k] < reach * reach) pieces.push_back({{l.x[k], l.y[k], l.z[k]}, {l.tx[k], l.ty[k], l.tz[k]}});
         }
@@ -158,11 +187,11 @@ ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, d
     return near;
 }
 
-float ContactDistance::Near::nearest(const Vec3f& p, Vec3f& point) const {
+PAVEL_WIDE float ContactDistance::Near::nearest(const Vec3f& p, Vec3f& point) const {
     return std::sqrt(nearestIn(lanes_, p, 1e30f, point));
 }
 
-Vec3 ContactDistance::nearest(const Vec3& p) const {
+PAVEL_WIDE Vec3 ContactDistance::nearest(const Vec3& p) const {
     const Vec3f q = toFloat(p);
     Vec3f point = q;
     float best = 1e30f;
@@ -177,7 +206,8 @@ PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
         float best[RimLanes::kCount], d2[RimLanes::kCount];
         std::fill(best, best + RimLanes::kCount, 1e30f);
         for (const RimLanes& l : rim.lanes) {
-            l.distances2(q, d2);
+            distances2(l, q, d2);
+#pragma GCC unroll 1
             for (int k = 0; k < RimLanes::kCount; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
         }
         const double least = *std::min_element(best, best + RimLanes::kCount);
@@ -191,22 +221,49 @@ PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
 void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const openvdb::FloatTree* base) {
     e.contact = std::make_shared<ContactDistance>();
     const WorkReader own(*e.placed);
-    const auto onSurface = [&](const Vec3& p) { return sampleAt(own, p); };
+    const auto onSurface = [&](const Vec3& p) { return sampleWithGradient(own, p); };
     struct Cutter {
         int index;
+        CoordBBox box;
         WorkReader reader;
         Bisector g;
         /// At a point on the element's own surface, given its distance to the other's.
         double taken(double phi, const Vec3& p) const {
             return std::min(-phi, g.byDepth() ? g.fromDistances(0, phi) : g(p));
         }
-        double operator()(const Vec3& p) const { return taken(sampleAt(reader, p), p); }
+        Sample operator()(const Vec3& p) const {
+            const auto [phi, gradient] = sampleWithGradient(reader, p);
+            const double side = g.byDepth() ? g.fromDistances(0, phi) : g(p);
+            if (-phi <= side) return {-phi, -gradient};
+            Vec3 slope;
+            for (int k = 0; k < 3; ++k) {
+                Vec3 half(0, 0, 0);
+                half[k] = 0.5;
+                slope[k] = g.byDepth() ? g.fromDistances(0, gradient[k]) : g(p + half) - g(p - half);
+            }
+            return {side, slope};
+        }
+        /// Does a point on the element's own surface lie well within what the other takes?
+        bool covers(const Vec3& p) const {
+            constexpr double kWell = 0.3;
+            const Coord nearest(int(std::lround(p[0])), int(std::lround(p[1])), int(std::lround(p[2])));
+            // A voxel farther out than 1 is no less than 0.13 away from the point on it.
+            if (!box.isInside(nearest) || reader.getValue(nearest) > 1) return false;
+            const double phi = sampleAt(reader, p);
+            return phi < -kWell && taken(phi, p) > kWell;
+        }
     };
     std::vector<Cutter> cutters;
-    for (int n : e.neighbours) cutters.push_back({n, WorkReader(*all[size_t(n)].placed), Bisector(e, all[size_t(n)])});
+    for (int n : e.neighbours) {
+        const WorkElement& other = all[size_t(n)];
+        cutters.push_back({n, other.box, WorkReader(*other.placed), Bisector(e, other)});
+    }
     static const openvdb::FloatTree nothing;
     const BaseReader solid(base ? *base : nothing);
-    const auto inBase = [&](const Vec3& p) { return base ? -sampleAt(solid, p) : -double(kBand); };
+    const auto inBase = [&](const Vec3& p) {
+        const Sample s = sampleWithGradient(solid, p);
+        return Sample{-s.value, -s.gradient};
+    };
 
     // Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(origin, v): its
     // value at a voxel, without interpolation.
@@ -220,9 +277,10 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
             for (int v = 0; v < 512; ++v) {
                 if (std::abs(leaf->buffer().data()[v]) > 0.87f || std::abs(valueAt(v)) > 0.87f) continue;
                 Vec3 p = centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
-                if (std::abs(taken(p)) > 0.87 || !snapToCurve(taken, onSurface, p)) continue;
-                bool covered = self >= 0 && inBase(p) > 0.3;
-                for (const Cutter& c : cutters) covered |= c.index != self && c(p) > 0.3;
+                if (!snapToCurve(taken, onSurface, p)) continue;
+                const bool covered = (self >= 0 && base && sampleAt(solid, p) < -0.3) ||
+                                     std::any_of(cutters.begin(), cutters.end(),
+                                                 [&](const Cutter& c) { return c.index != self && c.covers(p); });
                 if (!covered) points.emplace_back(float(p[0]), float(p[1]), float(p[2]));
             }
         });

@@ -13,7 +13,6 @@ struct RimLanes {
     static constexpr int kCount = 8;
     float x[kCount], y[kCount], z[kCount], tx[kCount], ty[kCount], tz[kCount];
     void set(int k, const Vec3f& middle, const Vec3f& along);
-    void distances2(const Vec3f& p, float d2[kCount]) const;
     Vec3f nearestOn(int k, const Vec3f& p) const;
 };
 

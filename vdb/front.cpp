@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pavel/vdb/measure.h"
 #include "pavel/vdb/recovery_function.h"
 
 namespace pavel {
@@ -27,15 +28,19 @@ GrowthBlock* Front::make(const Coord& origin) {
     b0.origin = origin;
     b0.number = int(blocks.size()) - 1;
     b0.claims = claims_.block(origin);
-    b0.body = element.body->probeConstLeaf(origin);
-    b0.bodyTile = b0.body ? 0 : element.body->getValue(origin);
+    const WorkLeaf* leaf = element.body->probeConstLeaf(origin);
+    const float *body = leaf ? leaf->buffer().data() : nullptr, tile = leaf ? 0 : element.body->getValue(origin);
+    const WorkLeaf* placed = element.placed->probeConstLeaf(origin);
+    b0.placed = placed ? placed->buffer().data() : nullptr;
+    b0.placedTile = placed ? 0 : element.placed->getValue(origin);
     for (int v = 0; v < 512; ++v) {
-        const float phi = b0.bodyAt(v);
+        const float phi = body ? body[v] : tile;
         b0.contact[v] = -1;
         b0.scale[v] = 0;
         b0.state[v] = phi < 0 ? kBody : kFar;
         b0.time[v] = phi < 0 ? phi : kNever;
     }
+    changed_ = true;
     map_[origin] = &b0;
     for (int side = 0; side < 6; ++side) {
         Coord c = origin;
@@ -88,7 +93,7 @@ double Front::speedOf(GrowthBlock* block, int v) {
 /// sweeps the wedge between body and neighbour like a hand of a clock, T = angle / k. Nearer than `trusted` the
 /// angle is read farther out on the same ray from the rim. Never, away from the rim.
 double Front::wedgeArrival(const Vec3& p, double phi, double d, const Vec3& rim, double trusted) const {
-    if (d > std::min(4.0, 0.7 * a * element.size) || d <= 0 || phi <= 0 || phi > 3) return kNever;
+    if (d > wedgeReach() || d <= 0 || phi <= 0 || phi > 3) return kNever;
     if (d < trusted) {
         const Vec3 ray = p - rim;
         const double l = length(ray);
@@ -102,10 +107,10 @@ double Front::wedgeArrival(const Vec3& p, double phi, double d, const Vec3& rim,
 
 double Front::wedgeArrival(const GrowthBlock& block, int v) const {
     const double d = block.contact[v];
-    if (d > 4 || d <= 0) return kNever;
-    const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-    const double phi = element.placed->getValue(c);
+    if (d > wedgeReach() || d <= 0) return kNever;
+    const double phi = block.placedAt(v);
     if (phi <= 0 || phi > 3) return kNever;
+    const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
     return wedgeArrival(centreOf(c), phi, d, d < kTrusted ? element.contact->nearest(centreOf(c)) : Vec3(0, 0, 0),
                         kTrusted);
 }
@@ -125,31 +130,44 @@ double Front::innerScale(GrowthBlock& block, int v) const {
 }
 
 void Front::finish() {
+    if (!changed_) return;
+    changed_ = false;
     for (GrowthBlock& block : blocks)
         for (int v = 0; v < 512; ++v)
             if (block.state[v] == kBody) block.scale[v] = 0;
-    std::vector<std::pair<uint32_t, float>> layer;
-    for (int pass = 0; pass < 2; ++pass) {
-        layer.clear();
-        for (GrowthBlock& block : blocks)
-            for (int v = 0; v < 512; ++v) {
-                if (block.state[v] != kBody || block.scale[v] > 0) continue;
-                const double scale = innerScale(block, v);
-                if (scale > 0) layer.emplace_back(uint32_t(block.number) * 512 + uint32_t(v), float(scale));
-            }
-        for (const auto& [voxel, scale] : layer) {
-            GrowthBlock& block = blocks[voxel / 512];
-            const int v = int(voxel % 512);
-            const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-            block.scale[v] = scale;
-            block.time[v] = std::min(-1e-6f, element.placed->getValue(c) / scale);
+    constexpr float kListed = -1;  // no scale, and not to be listed again
+    std::vector<std::pair<GrowthBlock*, int>> layer, first;
+    const auto listBeside = [&](GrowthBlock& block, int v) {
+        for (int side = 0; side < 6; ++side) {
+            int n;
+            GrowthBlock* other = step(&block, v, side, n);
+            if (!other || other->state[n] != kBody || other->scale[n] != 0) continue;
+            other->scale[n] = kListed;
+            layer.emplace_back(other, n);
         }
-    }
+    };
+    const auto giveTimes = [&] {
+        std::vector<float> scales;
+        for (const auto& [block, v] : layer) scales.push_back(float(innerScale(*block, v)));
+        for (size_t i = 0; i < layer.size(); ++i) {
+            const auto [block, v] = layer[i];
+            block->scale[v] = scales[i];
+            block->time[v] = std::min(-1e-6f, block->placedAt(v) / scales[i]);
+        }
+    };
+    for (GrowthBlock& block : blocks)
+        for (int v = 0; v < 512; ++v)
+            if (block.state[v] != kFar && block.state[v] != kBody && block.hasTime(v)) listBeside(block, v);
+    giveTimes();
+    first.swap(layer);
+    for (const auto& [block, v] : first) listBeside(*block, v);
+    giveTimes();
 }
 
 void Front::push(GrowthBlock* block, int v, double time) {
     const float t = std::max(float(time), 1e-6f);  // zero is the bodies' own
     if (!(t < block->time[v])) return;
+    changed_ = true;
     block->time[v] = t;
     block->state[v] = kTrial;
     heap_.push_back({t, uint32_t(block->number) * 512 + uint32_t(v)});
@@ -157,19 +175,18 @@ void Front::push(GrowthBlock* block, int v, double time) {
 }
 
 void Front::start() {
+    HaloBlock halo;
     for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
+        loadHalo(*element.body, *leaf, halo);
+        const ClaimBlock* claims = nullptr;
         for (int v = 0; v < 512; ++v) {
-            const float phi = leaf->getValue(openvdb::Index(v));
+            const float* at = &halo[size_t(((v >> 6) + 1) * 100 + ((v >> 3 & 7) + 1) * 10 + (v & 7) + 1)];
+            const float phi = *at;
             if (phi < 0 || phi > 1.8f) continue;
-            const Coord c = leaf->offsetToGlobalCoord(openvdb::Index(v));
-            bool beside = false;
-            for (int side = 0; side < 6 && !beside; ++side) {
-                Coord n = c;
-                n[side / 2] += side % 2 ? 1 : -1;
-                beside = element.body->getValue(n) < 0;
-            }
-            if (!beside) continue;
-            if (claims_.block(leaf->origin())->claims[v].load(std::memory_order_relaxed) != kFree) continue;
+            const float beside = std::min({at[-100], at[100], at[-10], at[10], at[-1], at[1]});
+            if (!(beside < 0)) continue;
+            if (!claims) claims = claims_.block(leaf->origin());
+            if (claims->claims[v].load(std::memory_order_relaxed) != kFree) continue;
             GrowthBlock* block = make(leaf->origin());
             const double speed = speedOf(block, v);
             if (speed > 0) {
@@ -221,6 +238,7 @@ bool Front::heldByOther(const GrowthBlock* block, int v, float time, const std::
 }
 
 void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming) {
+    changed_ = true;
     bool besideReal = false, besideGhost = false;
     for (int side = 0; side < 6; ++side) {
         int n;
@@ -340,6 +358,7 @@ bool Front::widen() {
     constexpr double kStepFactor = 1.3, kLimit = 2;
     if (b * kStepFactor > kLimit) return false;
     b *= kStepFactor;
+    changed_ = true;
     for (GrowthBlock& block : blocks)
         for (int v = 0; v < 512; ++v) {
             if (block.state[v] == kBody) continue;

@@ -15,10 +15,10 @@ enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody };
 
 struct GrowthBlock {
     Coord origin;
-    const WorkLeaf* body = nullptr;  ///< the body's values here, or null where bodyTile stands for all
-    float bodyTile = 0;
-    float bodyAt(int v) const { return body ? body->getValue(openvdb::Index(v)) : bodyTile; }
     ClaimBlock* claims = nullptr;
+    const float* placed = nullptr;  ///< the placed shape's values here, or null where placedTile stands for all
+    float placedTile = 0;
+    float placedAt(int v) const { return placed ? placed[v] : placedTile; }
     GrowthBlock* next[6] = {};  ///< -x +x -y +y -z +z, null until made
     int number = 0;
     float time[512];     ///< arrival time; in body voxels, once extended: the front's way run backwards, negative
@@ -89,6 +89,7 @@ class Front {
     double arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const;
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;
+    double wedgeReach() const { return std::min(4.0, 0.7 * a * element.size); }
     double innerScale(GrowthBlock& block, int v) const;
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
@@ -99,6 +100,7 @@ class Front {
     std::vector<Arrival> heap_;
     double speed_ = 0;  // of the waiting front, where it is known
     bool speedKnown_ = false;
+    bool changed_ = false;          // since it was finished
     bool dormant_ = false;          // touched free voxels where the speed is zero
     std::vector<Arrival> claimed_;  // in the last round
 };

@@ -41,6 +41,9 @@ void fillHalo(const float* own, At at, Tile tile, HaloBlock& out) {
     }
 }
 
+/// The same for a leaf of a tree.
+void loadHalo(const WorkTree& tree, const WorkLeaf& leaf, HaloBlock& out);
+
 InsideMeasure measureInside(const WorkTree& tree);
 
 }  // namespace pavel

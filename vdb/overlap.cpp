@@ -39,15 +39,17 @@ void trimByNeighbour(WorkElement& element, const WorkElement& other) {
             return;
         }
         if (!leaf) leaf = body.touchLeaf(origin);
-        const WorkLeaf* placed = element.placed->probeConstLeaf(origin);
+        const WorkLeaf* placedLeaf = element.placed->probeConstLeaf(origin);
+        const float *placed = placedLeaf ? placedLeaf->buffer().data() : nullptr,
+                    *theirs = cut ? cut->buffer().data() : nullptr;
+        float* values = leaf->buffer().data();
         for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) {
-            const float inOther = cut ? -cut->getValue(v) : kBand;
-            if (inOther <= -kBand || leaf->getValue(v) >= kBand) continue;
-            const bool known = g.byDepth() && placed && placed->getValue(v) > -kBand && inOther < kBand;
-            const double own =
-                known ? g.fromDistances(placed->getValue(v), -inOther) : g(centreOf(leaf->offsetToGlobalCoord(v)));
+            const float inOther = theirs ? -theirs[v] : kBand;
+            if (inOther <= -kBand || values[v] >= kBand) continue;
+            const bool known = g.byDepth() && placed && placed[v] > -kBand && inOther < kBand;
+            const double own = known ? g.fromDistances(placed[v], -inOther) : g(centreOf(leaf->offsetToGlobalCoord(v)));
             const float taken = std::min(inOther, float(std::clamp(own, -double(kBand), double(kBand))));
-            if (taken > leaf->getValue(v)) leaf->setValueOnly(v, taken);
+            if (taken > values[v]) values[v] = taken;
         }
     });
 }
@@ -64,8 +66,9 @@ void trimByBase(WorkElement& element, const openvdb::FloatTree& base) {
             return;
         }
         if (!leaf) leaf = body.touchLeaf(origin);
-        for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v)
-            if (-solid->getValue(v) > leaf->getValue(v)) leaf->setValueOnly(v, -solid->getValue(v));
+        const float* inBase = solid->buffer().data();
+        float* values = leaf->buffer().data();
+        for (int v = 0; v < 512; ++v) values[v] = std::max(values[v], -inBase[v]);
     });
 }
 
@@ -74,10 +77,10 @@ void tidy(WorkTree& tree) {
     std::vector<std::pair<Coord, float>> uniform;
     for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
         bool in = true, out = true;
-        for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) {
-            const float x = leaf->getValue(v);
-            in &= x <= -kBand;
-            out &= x >= kBand;
+        const float* values = leaf->buffer().data();
+        for (int v = 0; v < 512; ++v) {
+            in &= values[v] <= -kBand;
+            out &= values[v] >= kBand;
         }
         if (in || out) uniform.emplace_back(leaf->origin(), in ? -kBand : kBand);
     }

@@ -49,8 +49,12 @@ void markBlocks(const Vec3& centre, double radius, std::vector<Coord>& blocks) {
             }
 }
 
+/// No voxel of an eighth of a block is farther from its middle: 1.5 sqrt(3).
+constexpr double kPartRadius = 2.6;
+
 /// Copies a level set's leaves, each with the first layer of the leaves after it.
-void layOut(const openvdb::FloatTree& tree, float outside, float inside, CanonicalField& f) {
+/// @param near values that a placement may need; a block without any of them, and of one sign, has none between either
+void layOut(const openvdb::FloatTree& tree, float outside, float inside, float near, CanonicalField& f) {
     CoordBBox box;
     tree.evalLeafBoundingBox(box);
     f.lower = leafOrigin(box.min()).offsetBy(-8);
@@ -73,10 +77,12 @@ void layOut(const openvdb::FloatTree& tree, float outside, float inside, Canonic
                     continue;
                 }
                 f.block[cell] = int(f.values.size() / CanonicalField::kCorners);
-                f.origins.push_back(origin);
                 for (int i = 0; i < 9; ++i)
                     for (int j = 0; j < 9; ++j)
                         for (int k = 0; k < 9; ++k) f.values.push_back(reader.getValue(origin.offsetBy(i, j, k)));
+                const auto ends = std::minmax_element(f.values.end() - CanonicalField::kCorners, f.values.end());
+                const float least = *ends.first, most = *ends.second;
+                if (least < near && most > -near) f.origins.push_back(origin);
             }
 }
 
@@ -119,15 +125,16 @@ CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, do
                                   bool deep) {
     CanonicalField f;
     f.voxelSize = 0.8 * voxelSize / scaleMax;
-    // The band must still reach kBand voxels of the scene under the smallest scale, a cell's diagonal included.
-    const float band = float(std::ceil((kBand + 0.5) * voxelSize / scaleMin / f.voxelSize)) + 2;
+    // Under the smallest scale, too, the band must reach as far as a block's parts are told to be away from it.
+    const double perVoxel = voxelSize / scaleMin / f.voxelSize;
+    const float band = float(std::ceil((kBand + kPartRadius) * perVoxel + 0.01));
     const Vec3 size = meshBounds(mesh).size();
     const float inside = deep ? std::max(band, float(std::ceil(0.5 * size.min() / f.voxelSize)) + 2) : band;
     const openvdb::FloatGrid::Ptr grid = meshToLevelSet(mesh, f.voxelSize, band, inside);
     if (grid->activeVoxelCount() == 0) throw RunError("an element's mesh left no voxels");
     f.centroid = solidCentroid(mesh, f.volume);
     f.bounds = meshBounds(mesh);
-    layOut(grid->tree(), band, inside, f);
+    layOut(grid->tree(), band, inside, float(kBand * perVoxel + 0.01), f);
     return f;
 }
 
@@ -146,12 +153,26 @@ double placedDistance(const CanonicalField& f, const Frame& indexFromElement, co
     return (alongY(0) + (alongY(81) - alongY(0)) * t[0]) * f.voxelSize * indexFromElement.scale;
 }
 
+namespace {
+
+/// Eight samples tell of most blocks that the band does not come near them.
+bool mayHoldBand(const CanonicalField& field, const Frame& indexFromElement, const Coord& origin) {
+    for (int part = 0; part < 8; ++part) {
+        const Vec3 middle(part & 4 ? 5.5 : 1.5, part & 2 ? 5.5 : 1.5, part & 1 ? 5.5 : 1.5);
+        if (std::abs(placedDistance(field, indexFromElement, centreOf(origin) + middle)) < kBand + kPartRadius)
+            return true;
+    }
+    return false;
+}
+
+}  // namespace
+
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement) {
     const double toIndex = field.voxelSize * indexFromElement.scale;  // canonical voxels -> voxels
     std::vector<Coord> blocks;
     for (const Coord& origin : field.origins) {
-        const Vec3 centre = (centreOf(origin) + Vec3(3.5, 3.5, 3.5)) * field.voxelSize;
-        markBlocks(indexFromElement.apply(centre), 3.5 * std::sqrt(3.0) * toIndex, blocks);
+        const Vec3 centre = (centreOf(origin) + Vec3(4, 4, 4)) * field.voxelSize;
+        markBlocks(indexFromElement.apply(centre), 4 * std::sqrt(3.0) * toIndex, blocks);
     }
     std::sort(blocks.begin(), blocks.end());
     blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
@@ -166,6 +187,7 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
     const float scale = float(toIndex);
     float values[WorkLeaf::SIZE];
     for (const Coord& origin : blocks) {
+        if (!mayHoldBand(field, indexFromElement, origin)) continue;
         const Vec3 start = indexFromElement.applyInverse(centreOf(origin)) / field.voxelSize - centreOf(field.lower);
         float* out = values;
         for (int i = 0; i < 8; ++i)

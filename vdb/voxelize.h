@@ -18,7 +18,7 @@ struct CanonicalField {
     int count[3] = {0, 0, 0};    ///< blocks
     std::vector<int> block;      ///< number of the values' block; 0: outside, 1: inside
     std::vector<float> values;   ///< kCorners for each block, in canonical voxels, x slowest
-    std::vector<Coord> origins;  ///< of the blocks that hold surface, canonical index
+    std::vector<Coord> origins;  ///< of the blocks that a placement's band may cross, canonical index
 };
 
 /// @param voxelSize h of the scene; scaleMin, scaleMax: over the placements of this mesh
