@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 struct Plan {
     std::vector<std::string> paper, large;  // scenes
     bool gallery = false;
+    bool hasTables() const { return !paper.empty() || !large.empty(); }
     size_t steps() const {
         size_t n = paper.size() + large.size();
         if (gallery) {
@@ -87,7 +88,8 @@ class Bench {
             "`pavel example NAME -o DIR`. Made by `pavel bench`, at twice the scenes' voxel size.\n\nFrom the left, "
             "above: "
             "seeds, elements as placed, the packed result, its inner side without the base; below: the elements, close "
-            "views before and after, and a section.\n\n[The paper's tables, and ours](tables.md)\n";
+            "views before and after, and a section.\n";
+        if (plan_.hasTables()) page += "\n[The paper's tables, and ours](tables.md)\n";
         for (const Example& e : examples()) {
             step(e.name);
             const BenchRun run = runner_.decorate(e.name, "run",
@@ -166,10 +168,13 @@ std::string bench(const BenchOptions& options, RunContext& context) {
     AtomicOutput out(options.folder, true, options.force);
     Bench bench(options, plan, out.place(), context);
     const BenchTables tables = bench.tables();
-    const std::string text = tablesPage(tables);
-    writeText(out.place("tables.md"), text);
+    std::string text;
     writeText(out.place("tables.json"), tablesJson(tables));
-    writeText(out.place("time-and-memory.svg"), tablesPlot(tables));
+    if (plan.hasTables()) {
+        text = tablesPage(tables);
+        writeText(out.place("tables.md"), text);
+        writeText(out.place("time-and-memory.svg"), tablesPlot(tables));
+    }
     if (plan.gallery) writeText(out.place("README.md"), bench.gallery());
     fs::remove_all(out.place("work"));
     context.check();

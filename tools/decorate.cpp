@@ -11,6 +11,7 @@
 #include "pavel/tools/load.h"
 #include "pavel/tools/output_meshes.h"
 #include "pavel/tools/pictures.h"
+#include "pavel/vdb/extract.h"
 
 namespace pavel {
 namespace {
@@ -66,7 +67,8 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
         if (scene.output.preview)
             renderPicture(out.place("preview.png"), meshes.fused ? *meshes.fused : meshes.objects, view);
         if (scene.output.figure)
-            writeFigure(out.place("figure.jpg"), scene, base, kinds, seeds, elementObjects(packing, kinds, placed, 0));
+            writeFigure(out.place("figure.jpg"), scene, base, kinds, seeds, extractBase(packing),
+                        elementObjects(packing, kinds, placed, 0));
         context.progress("write", 0.3);
         writeMeshes(out, scene.output, meshes.objects, metresPerUnit(scene.units));
         context.progress("write", 0.6);

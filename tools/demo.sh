@@ -7,4 +7,4 @@ cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release >/dev/null
 cmake --build build --target pavel
 mkdir -p out
 build/pavel example vase -o out/scene --quiet --force
-build/pavel decorate out/scene/scene.json -o out/vase --force
+build/pavel decorate out/scene/scene.json -o out/vase --voxel 0.36 --force

@@ -129,7 +129,8 @@ std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds,
 }
 
 void writeFigure(const std::string& path, const Scene& scene, const TriangleMesh& base,
-                 const std::vector<ElementKind>& kinds, const SeedSet& seeds, std::vector<MeshObject> elements) {
+                 const std::vector<ElementKind>& kinds, const SeedSet& seeds, const TriangleMesh& packedBase,
+                 std::vector<MeshObject> elements) {
     View view = sceneView(scene);
     view.width = 400;
     view.height = 360;
@@ -145,7 +146,7 @@ void writeFigure(const std::string& path, const Scene& scene, const TriangleMesh
     initial.push_back(baseObject(scene, base));
     const std::vector<MeshObject> row = kindsInARow(kinds), alone = elements;
     std::vector<MeshObject>& packed = elements;
-    packed.push_back(baseObject(scene, base));
+    packed.push_back(baseObject(scene, packedBase));
 
     const Vec3 towards = towardsCamera(view, packed);
     View close = view;

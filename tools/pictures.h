@@ -19,6 +19,7 @@ std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds, co
 
 /// Eight views as the paper's figures have them: seeds, elements as placed, the result, and its inner side without the
 /// base; the kinds of elements, close views before and after, and a section.
+/// @param packedBase the base as it was voxelised, in one piece
 /// @param elements the result, an object each
 void writeFigure(const std::string& path, const Scene& scene, const TriangleMesh& base,
                  const std::vector<ElementKind>& kinds, const SeedSet& seeds, std::vector<MeshObject> elements);
