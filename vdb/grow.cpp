@@ -94,7 +94,8 @@ StopShift solveShift(const Region& region, double target, double most, double cl
     StopShift s;
     double voxels, slope;
     region.frontArea(voxels, slope);
-    double volume = region.measure(0).volume;
+    RegionMeasure measure(region);
+    double volume = measure(0).volume;
     s.missing = target - volume;
     if (!(slope > 0)) return s;
     s.reach = voxels / slope;
@@ -104,7 +105,7 @@ StopShift solveShift(const Region& region, double target, double most, double cl
         (volume < target ? early : late) = before;
         s.later = std::clamp(before + (target - volume) / slope, -most * s.reach, most * s.reach);
         if (s.later <= early || s.later >= late) s.later = 0.5 * (early + late);
-        volume = region.measure(s.later).volume;
+        volume = measure(s.later).volume;
         if (const double moved = s.later - before; std::abs(moved) > 1e-12) {
             const double secant = (volume - atBefore) / moved;
             if (secant > 0.2 * slope) slope = secant;

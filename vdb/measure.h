@@ -7,8 +7,9 @@
 
 namespace pavel {
 
-/// Share of the unit cube around the origin with n.x + distance < 0, for unit n (R. Scardovelli and S. Zaleski 2000).
-double cubeShareUnderPlane(double distance, Vec3 n);
+/// Share of the unit cube around the origin with n.x + value < 0; n and value may be scaled alike (R. Scardovelli and
+/// S. Zaleski 2000).
+double cubeShareUnderPlane(double value, Vec3 n);
 
 /// A block with one layer of its face neighbours: 10^3 values, index ((x + 1) * 10 + y + 1) * 10 + z + 1. Edges and
 /// corners of the layer are not read.

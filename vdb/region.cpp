@@ -53,26 +53,57 @@ void Region::values(int block, double later, float* out) const {
     }
 }
 
-InsideMeasure Region::measure(double later) const {
-    std::vector<float> all(size() * 512);
-    for (size_t b = 0; b < size(); ++b) values(int(b), later, &all[b * 512]);
-    InsideMeasure m;
-    HaloBlock halo;
-    for (size_t b = 0; b < size(); ++b) {
-        int neighbours[6];
-        for (int side = 0; side < 6; ++side) {
-            Coord c = origins_[b];
-            c[side / 2] += side % 2 ? 8 : -8;
-            neighbours[side] = at(c);
-        }
-        fillHalo(
-            &all[b * 512],
-            [&](int side) { return neighbours[side] >= 0 ? &all[size_t(neighbours[side]) * 512] : nullptr; },
-            [&](int side) { return neighbours[side] == kInside ? -kBand : kBand; }, halo);
-        m.add(measureBlock(halo));
+bool Region::moves(int block) const {
+    const float* slope = &slope_[size_t(block) * 512];
+    return std::any_of(slope, slope + 512, [](float s) { return s > 0; });
+}
+
+std::array<int, 6> Region::beside(int block) const {
+    std::array<int, 6> numbers;
+    for (int side = 0; side < 6; ++side) {
+        Coord c = origins_[size_t(block)];
+        c[side / 2] += side % 2 ? 8 : -8;
+        numbers[size_t(side)] = at(c);
     }
-    m.volume += double(filled_);
-    m.voxels += filled_;
+    return numbers;
+}
+
+RegionMeasure::RegionMeasure(const Region& region) : region_(region), values_(region.size() * 512) {
+    std::vector<char> changes(region.size(), 0);
+    for (int b = 0; b < int(region.size()); ++b) {
+        region.values(b, 0, &values_[size_t(b) * 512]);
+        if (!region.moves(b)) continue;
+        moving_.push_back(b);
+        changes[size_t(b)] = 1;
+        for (int n : region.beside(b))
+            if (n >= 0) changes[size_t(n)] = 1;
+    }
+    for (int b = 0; b < int(region.size()); ++b) {
+        if (changes[size_t(b)])
+            beside_.push_back(b);
+        else
+            rest_.add(measure(b));
+    }
+    rest_.add({double(region.filledVoxels()), region.filledVoxels()});
+}
+
+InsideMeasure RegionMeasure::measure(int block) const {
+    const std::array<int, 6> beside = region_.beside(block);
+    HaloBlock halo;
+    fillHalo(
+        &values_[size_t(block) * 512],
+        [&](int side) {
+            const int n = beside[size_t(side)];
+            return n >= 0 ? &values_[size_t(n) * 512] : nullptr;
+        },
+        [&](int side) { return beside[size_t(side)] == Region::kInside ? -kBand : kBand; }, halo);
+    return measureBlock(halo);
+}
+
+InsideMeasure RegionMeasure::operator()(double later) {
+    for (int b : moving_) region_.values(b, later, &values_[size_t(b) * 512]);
+    InsideMeasure m = rest_;
+    for (int b : beside_) m.add(measure(b));
     return m;
 }
 

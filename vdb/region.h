@@ -37,8 +37,11 @@ class Region {
 
     /// Voxels that do not belong to the largest piece leave the region.
     void dropStrays();
-    /// Volume when the stop time is later by `later`; `slope`, the speed, tells how own falls.
-    InsideMeasure measure(double later) const;
+    /// Does the front move in a block?
+    bool moves(int block) const;
+    /// Blocks at the faces -x +x -y +y -z +z, or kOutside, kInside.
+    std::array<int, 6> beside(int block) const;
+    uint64_t filledVoxels() const { return filled_; }
     /// Moves own on to the later stop time.
     void advance(double later);
     /// Voxels of the free front and the sum of their slopes: dV/dT.
@@ -54,6 +57,23 @@ class Region {
     std::vector<Coord> origins_;
     std::vector<float> own_, clip_, slope_;
     uint64_t filled_ = 0;
+};
+
+/// Volume of a region for stop times that are later by something; `slope`, the speed, tells how own falls. Blocks that
+/// the front does not move in or beside are measured once.
+class RegionMeasure {
+  public:
+    /// The region must outlive it unchanged.
+    explicit RegionMeasure(const Region& region);
+    InsideMeasure operator()(double later);
+
+  private:
+    InsideMeasure measure(int block) const;
+
+    const Region& region_;
+    std::vector<int> moving_, beside_;  // blocks with front in them; they and their face neighbours
+    std::vector<float> values_;
+    InsideMeasure rest_;
 };
 
 }  // namespace pavel
