@@ -22,6 +22,7 @@ std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds, co
 /// @param packedBase the base as it was voxelised, in one piece
 /// @param elements the result, an object each
 void writeFigure(const std::string& path, const Scene& scene, const TriangleMesh& base,
-                 const std::vector<ElementKind>& kinds, const SeedSet& seeds, std::vector<MeshObject> elements);
+                 const std::vector<ElementKind>& kinds, const SeedSet& seeds, const TriangleMesh& packedBase,
+                 std::vector<MeshObject> elements);
 
 }  // namespace pavel
