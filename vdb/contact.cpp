@@ -110,10 +110,9 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
     return lanes;
 }
 
-/// Squared distances to eight pieces. Inlined: each caller is compiled for wide registers itself. Unrolled, such loops
-/// would not be vectorised.
+/// Squared distances to eight pieces. Inlined: each caller is compiled for wide registers itself.
 [[gnu::always_inline]] inline void distances2(const RimLanes& l, const Vec3f& p, float d2[RimLanes::kCount]) {
-#pragma GCC unroll 1
+    PAVEL_ROLLED
     for (int k = 0; k < RimLanes::kCount; ++k) {
         const float vx = p[0] - l.x[k], vy = p[1] - l.y[k], vz = p[2] - l.z[k];
         float s = vx * l.tx[k] + vy * l.ty[k] + vz * l.tz[k];
@@ -133,7 +132,7 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
     std::fill(lane, lane + RimLanes::kCount, -1);
     for (int i = 0; i < int(lanes.size()); ++i) {
         distances2(lanes[size_t(i)], p, d2);
-#pragma GCC unroll 1
+        PAVEL_ROLLED
         for (int k = 0; k < RimLanes::kCount; ++k) {
             lane[k] = d2[k] < least[k] ? i : lane[k];
             least[k] = d2[k] < least[k] ? d2[k] : least[k];
@@ -207,7 +206,7 @@ PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
         std::fill(best, best + RimLanes::kCount, 1e30f);
         for (const RimLanes& l : rim.lanes) {
             distances2(l, q, d2);
-#pragma GCC unroll 1
+            PAVEL_ROLLED
             for (int k = 0; k < RimLanes::kCount; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
         }
         const double least = *std::min_element(best, best + RimLanes::kCount);

@@ -29,6 +29,12 @@ using BaseReader = openvdb::tree::ValueAccessor<const openvdb::FloatTree, false>
 #else
 #define PAVEL_WIDE
 #endif
+/// Before the short loops of such kernels: GCC would unroll them first, and then not vectorise.
+#if defined(__GNUC__) && !defined(__clang__)
+#define PAVEL_ROLLED _Pragma("GCC unroll 1")
+#else
+#define PAVEL_ROLLED
+#endif
 
 /// Half width, in voxels, of the bands in work; results are cut to kResultBand.
 constexpr float kBand = 4;

@@ -29,7 +29,7 @@ PAVEL_WIDE InsideMeasure measureBlock(const HaloBlock& f) {
     for (int row = 0; row < 64; ++row) {
         const float* at = &f[size_t(((row >> 3) + 1) * 100 + ((row & 7) + 1) * 10 + 1)];
         int inside = 0, cut = 0, isCut[8];
-#pragma GCC unroll 1
+        PAVEL_ROLLED
         for (int z = 0; z < 8; ++z) {
             const float v = at[z], gx = std::abs(at[z + 100] - at[z - 100]), gy = std::abs(at[z + 10] - at[z - 10]),
                         gz = std::abs(at[z + 1] - at[z - 1]);
