@@ -164,6 +164,37 @@ void Front::finish() {
     giveTimes();
 }
 
+void Front::lookBeyond() {
+    std::vector<std::pair<GrowthBlock*, int>> layer, next;
+    const auto contactAt = [&](const GrowthBlock& block, int v) {
+        return float((*element.contact)(centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
+    };
+    const auto askBeside = [&](GrowthBlock* block, int v) {
+        for (int side = 0; side < 6; ++side) {
+            int n;
+            GrowthBlock* other = stepOrMake(block, v, side, n);
+            if (other->contact[n] >= 0) continue;
+            other->contact[n] = contactAt(*other, n);
+            next.emplace_back(other, n);
+        }
+    };
+    const size_t made = blocks.size();
+    for (size_t i = 0; i < made; ++i)
+        for (int v = 0; v < 512; ++v) {
+            GrowthBlock& block = blocks[i];
+            if (!block.hasTime(v)) continue;
+            askBeside(&block, v);
+            if (block.state[v] != kBody) continue;
+            // Its neighbours' mean will do for marching; where the speed ends within a voxel it would leave warts.
+            block.contact[v] = contactAt(block, v);
+            const float scale = float(scaleFor(block.contact[v]));
+            if (scale > 0) block.time[v] = std::min(-1e-6f, block.placedAt(v) / scale);
+            block.scale[v] = scale;
+        }
+    layer.swap(next);
+    for (const auto& [block, v] : layer) askBeside(block, v);
+}
+
 void Front::push(GrowthBlock* block, int v, double time) {
     const float t = std::max(float(time), 1e-6f);  // zero is the bodies' own
     if (!(t < block->time[v])) return;

@@ -56,6 +56,9 @@ class Front {
     /// Runs the front backwards into two layers of the body, so that times and scales are smooth across the body's
     /// surface. To be called when marching has ended.
     void finish();
+    /// Finds the contact distance in two layers of voxels around those with times, whose own speed then tells how much
+    /// of the front's advance goes on there.
+    void lookBeyond();
     /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
     /// away from the rim. `trusted`: how near to the rim phi still tells the angle.
     double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim, double trusted) const;

@@ -167,6 +167,12 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, co
     }
 }
 
+void Growth::lookBeyond() {
+    tbb::parallel_for(size_t(0), fronts_.size(), [&](size_t i) {
+        if (fronts_[i]) fronts_[i]->lookBeyond();
+    });
+}
+
 size_t Growth::grownVoxels() const {
     double sum = 0;
     for (const auto& f : fronts_)

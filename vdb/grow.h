@@ -31,6 +31,8 @@ class Growth {
     const Front* front(int i) const { return fronts_[size_t(i)].get(); }
     const std::vector<std::unique_ptr<Front>>& fronts() const { return fronts_; }
     size_t grownVoxels() const;
+    /// Front::lookBeyond for all; call before the clock is freed.
+    void lookBeyond();
     /// Frees the shared clock: no more marching after this.
     void dropClaims() { claims_.clear(); }
     /// Frees one front.

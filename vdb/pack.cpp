@@ -283,6 +283,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].targetVolume;
         growth.solveStopTimes(targets, factor > 1 ? 0.2 : 0.02, context);
+        if (factor > 1) growth.lookBeyond();
     }
     {
         const StageTimer timer(context, "growth");

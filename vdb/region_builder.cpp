@@ -59,9 +59,11 @@ PAVEL_WIDE void upsample(const float* nodes, int factor, float* out) {
     }
 }
 
-/// Gives the nodes beside those that the front reached times as if it had gone straight on, two layers of them: an
-/// interpolation that took the placed surface's distance for them would put ripples into the front's.
-void continueTimes(int n, const float* phi, float* way, float* scale) {
+/// Gives the nodes beside those that the front reached times as if it had gone on, two layers of them: an interpolation
+/// that took the placed surface's distance for them would put ripples into the front's. Its advance goes on as much as
+/// the speed does: not at all where that is zero.
+/// @param speed of the nodes, -1 where it is not known
+void continueTimes(int n, const float* phi, const float* speed, float* way, float* scale) {
     const int step[3] = {n * n, n, 1};
     float newWay[343], newScale[343];
     int list[343];
@@ -70,19 +72,20 @@ void continueTimes(int n, const float* phi, float* way, float* scale) {
         for (int x = 0, i = 0; x < n; ++x)
             for (int y = 0; y < n; ++y)
                 for (int z = 0; z < n; ++z, ++i) {
-                    if (scale[i] > 0) continue;
+                    if (scale[i] > 0 || speed[i] == 0) continue;
                     const int at[3] = {x, y, z};
-                    float ahead = 0, speed = 0;
+                    float ahead = 0, beside = 0;
                     int known = 0;
                     for (int k = 0; k < 3; ++k) {
                         if (at[k] > 0 && scale[i - step[k]] > 0)
-                            ahead += way[i - step[k]] - phi[i - step[k]], speed += scale[i - step[k]], ++known;
+                            ahead += way[i - step[k]] - phi[i - step[k]], beside += scale[i - step[k]], ++known;
                         if (at[k] + 1 < n && scale[i + step[k]] > 0)
-                            ahead += way[i + step[k]] - phi[i + step[k]], speed += scale[i + step[k]], ++known;
+                            ahead += way[i + step[k]] - phi[i + step[k]], beside += scale[i + step[k]], ++known;
                     }
                     if (!known) continue;
-                    newWay[i] = phi[i] + ahead / float(known);
-                    newScale[i] = speed / float(known);
+                    const float goesOn = speed[i] < 0 ? 1 : std::min(1.f, speed[i] * float(known) / beside);
+                    newWay[i] = phi[i] + goesOn * ahead / float(known);
+                    newScale[i] = goesOn * beside / float(known);
                     list[count++] = i;
                 }
         for (int c = 0; c < count; ++c) way[list[c]] = newWay[list[c]], scale[list[c]] = newScale[list[c]];
@@ -142,7 +145,7 @@ void RegionBuilder::interpolate(const Front& front, const Coord& origin, OwnFiel
     const int m = 8 / factor_, n = m + 3;
     const Coord lo(origin[0] / factor_ - 1, origin[1] / factor_ - 1, origin[2] / factor_ - 1);  // origins divide evenly
     const WorkTree& placed = *front.element.placed;
-    float way[343], scale[343], phi[343];
+    float way[343], scale[343], phi[343], speed[343];
     bool any = false, nearRim = false;
     float least = kBand;  // of the front's own values, in coarse voxels
     forEachBlock(CoordBBox(lo, lo.offsetBy(n - 1)), [&](const Coord& at) {
@@ -160,6 +163,7 @@ void RegionBuilder::interpolate(const Front& front, const Coord& origin, OwnFiel
                     const bool timed = block && block->hasTime(v);
                     phi[node] = p;
                     scale[node] = timed ? block->scale[v] : 0;
+                    speed[node] = block && block->contact[v] >= 0 ? float(front.scaleFor(block->contact[v])) : -1;
                     way[node] = timed ? block->scale[v] * (block->time[v] - front.stopTime) : p;
                     any |= timed;
                     least = std::min(least, way[node]);
@@ -171,7 +175,7 @@ void RegionBuilder::interpolate(const Front& front, const Coord& origin, OwnFiel
         field.grown = false;
         return;
     }
-    continueTimes(n, phi, way, scale);
+    continueTimes(n, phi, speed, way, scale);
     float coarsePhi[512];
     const float slowest = 1e-3f * float(front.weight) * k;
     upsample(way, factor_, field.way);
