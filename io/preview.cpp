@@ -262,10 +262,14 @@ std::vector<MeshObject> creased(std::vector<MeshObject> objects) {
         MeshObject& o = objects[i];
         std::vector<int> source;
         o.mesh = splitAtCreases(o.mesh, 40, source);
-        if (o.vertexColors.empty()) return;
-        std::vector<Vec3> colors;
-        for (int v : source) colors.push_back(o.vertexColors[size_t(v)]);
-        o.vertexColors = std::move(colors);
+        const auto carry = [&](auto& values) {
+            if (values.empty()) return;
+            std::remove_reference_t<decltype(values)> carried;
+            for (int v : source) carried.push_back(values[size_t(v)]);
+            values = std::move(carried);
+        };
+        carry(o.vertexColors);
+        carry(o.vertexFinish);
     });
     return objects;
 }

@@ -82,8 +82,10 @@ void Remesher::assignTriangles() {
     std::vector<char> changed(n, known), changing(n, 0);
     for (size_t v = 0; v < on_.size(); ++v) {
         const size_t t = size_t(on_[v].triangle);
-        if (owner_[t] >= 0 || tri_.mesh.status(Vertex(int(v))).deleted()) continue;
-        owner_[t] = int(v);
+        int& owner = owner_[t];
+        if (owner == int(v) || tri_.mesh.status(Vertex(int(v))).deleted()) continue;
+        if (owner >= 0 && distance2(t, int(v)) >= distance2(t, owner)) continue;
+        owner = int(v);
         changed[t] = 1;
     }
     std::vector<int> next = owner_;

@@ -1,5 +1,6 @@
 #include "pavel/tools/bench.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "pavel/core/error.h"
@@ -34,13 +35,22 @@ struct Plan {
 Plan planOf(std::vector<std::string> names) {
     if (names.empty()) names = {"paper", "large", "gallery"};
     Plan plan;
+    const auto add = [](std::vector<std::string>& scenes, const std::string& name) {
+        if (std::find(scenes.begin(), scenes.end(), name) == scenes.end()) scenes.push_back(name);
+    };
     for (const std::string& n : names) {
-        if (n == "gallery")
+        if (n == "gallery") {
             plan.gallery = true;
-        else if (n == "paper" || n == "large")
-            for (const PaperRow& row : paperTable()) (n == "paper" ? plan.paper : plan.large).push_back(row.example);
-        else
-            plan.paper.push_back(findExample(n).name);
+        } else if (n == "paper" || n == "large") {
+            for (const PaperRow& row : paperTable()) add(n == "paper" ? plan.paper : plan.large, row.example);
+        } else {
+            std::vector<std::string> known{"paper", "large", "gallery"};
+            for (const Example& e : examples()) known.push_back(e.name);
+            if (std::find(known.begin(), known.end(), n) == known.end())
+                throw InputError("there is no bench \"" + n + "\"" + didYouMean(n, known) +
+                                 "; there are paper, large, gallery, and the scenes that pavel example lists");
+            add(plan.paper, n);
+        }
     }
     return plan;
 }
@@ -56,7 +66,10 @@ std::string voxelSize(const std::string& example, double factor) {
 class Bench {
   public:
     Bench(const BenchOptions& options, const Plan& plan, const std::string& folder, RunContext& context)
-        : plan_(plan), folder_(folder), context_(context), runner_(folder + "/work", options.bunny, options.threads) {}
+        : plan_(plan),
+          folder_(folder),
+          context_(context),
+          runner_(folder + "/work", options.bunny, options.threads, context) {}
 
     BenchTables tables() {
         BenchTables t;

@@ -4,10 +4,13 @@
 #include <sys/wait.h>
 #include <tbb/info.h>
 
+#include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "pavel/core/error.h"
 #include "pavel/io/atomic_output.h"
@@ -20,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void runProgram(const std::vector<std::string>& arguments, const std::string& what) {
+void runProgram(const std::vector<std::string>& arguments, const std::string& what, const RunContext& context) {
     std::vector<char*> argv;
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
@@ -28,16 +31,24 @@ void runProgram(const std::vector<std::string>& arguments, const std::string& wh
     if (posix_spawn(&child, "/proc/self/exe", nullptr, nullptr, argv.data(), environ) != 0)
         throw RunError(what + ": the program cannot be started");
     int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
+    for (bool told = false;;) {
+        const pid_t ended = waitpid(child, &status, WNOHANG);
+        if (ended == child) break;
+        if (ended < 0 && errno != EINTR) throw RunError(what + ": lost sight of the run");
+        if (context.cancelled && !told) told = kill(child, SIGINT) == 0;
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
     if ((WIFSIGNALED(status) && WTERMSIG(status) == SIGINT) || (WIFEXITED(status) && WEXITSTATUS(status) == 130))
         throw Interrupted();
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 2) throw InputError(what + " was refused, see above");
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) throw RunError(what + " failed, see above");
 }
 
 }  // namespace
 
-BenchRunner::BenchRunner(std::string folder, std::string bunny, int threads)
-    : folder_(std::move(folder)),
+BenchRunner::BenchRunner(std::string folder, std::string bunny, int threads, const RunContext& context)
+    : context_(context),
+      folder_(std::move(folder)),
       bunny_(std::move(bunny)),
       threads_(threads > 0 ? threads : int(tbb::info::default_concurrency())) {}
 
@@ -53,7 +64,7 @@ void BenchRunner::run(const std::string& verb, const std::string& scene, const s
     if (scene == "bunny" && !bunny_.empty())
         sets.push_back("base=" + nlohmann::json{{"mesh", fs::absolute(bunny_).string()}, {"scale_to", 150}}.dump());
     for (const std::string& s : sets) arguments.insert(arguments.end(), {"--set", s});
-    runProgram(arguments, verb + " " + scene);
+    runProgram(arguments, verb + " " + scene, context_);
 }
 
 void BenchRunner::seed(const std::string& scene, const std::string& name, const std::vector<std::string>& overrides) {

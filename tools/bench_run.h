@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "pavel/core/run_context.h"
+
 namespace pavel {
 
 struct BenchRun {
@@ -19,14 +21,14 @@ struct BenchRun {
     double total() const { return seeding + deformation + extract + remesh; }
 };
 
-/// What a bench asks of this program's other verbs.
+/// What a bench asks of this program's other verbs: it runs the program that it is part of.
 class BenchRunner {
   public:
     /// @param folder where runs leave their results, one after the other
     /// @param bunny a mesh for the scene `bunny`; empty: the built-in stand-in
-    BenchRunner(std::string folder, std::string bunny, int threads);
+    BenchRunner(std::string folder, std::string bunny, int threads, const RunContext& context);
     /// Decorates a built-in scene with these overrides, into `folder`/`name`.
-    /// @throws RunError where it fails; Interrupted
+    /// @throws InputError where it is refused, RunError where it fails; Interrupted
     BenchRun decorate(const std::string& scene, const std::string& name, const std::vector<std::string>& overrides);
     /// Places its elements only.
     void seed(const std::string& scene, const std::string& name, const std::vector<std::string>& overrides);
@@ -35,6 +37,7 @@ class BenchRunner {
   private:
     void run(const std::string& verb, const std::string& scene, const std::string& name,
              const std::vector<std::string>& overrides);
+    const RunContext& context_;
     std::string folder_, bunny_;
     int threads_;
 };

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdio>
+#include <deque>
 
 #include "pavel/core/error.h"
 #include "pavel/io/atomic_output.h"
@@ -7,7 +8,7 @@
 #include "pavel/io/picture_file.h"
 #include "pavel/io/preview.h"
 #include "pavel/io/vdb_file.h"
-#include "pavel/tools/commands.h"
+#include "pavel/tools/progress.h"
 
 namespace pavel {
 namespace {
@@ -25,6 +26,14 @@ std::string frameName(const std::string& path, int frame, int frames) {
 
 void commandRender(const RenderOptions& render, const CommonOptions& options) {
     checkPictureName(render.picture);
+    if (!std::isfinite(render.azimuth) || !(render.zoom <= 1e4) || !std::isfinite(render.elevation.value_or(0)))
+        throw InputError("--azimuth, --elevation and --zoom must be numbers, and the zoom at most 10000");
+    const bool jpeg = render.picture.compare(render.picture.size() - 4, 4, ".jpg") == 0;
+    if (render.transparent && jpeg) throw InputError(render.picture + ": only a .png can be transparent");
+    CommandContext context(options);
+    std::deque<AtomicOutput> outs;  // all or none
+    for (int frame = 0; frame < render.frames; ++frame)
+        outs.emplace_back(frameName(render.picture, frame, render.frames), false, options.force);
     const std::string& input = render.input;
     const bool vdb = input.size() > 4 && input.compare(input.size() - 4, 4, ".vdb") == 0;
     std::vector<MeshObject> objects(1);
@@ -42,13 +51,13 @@ void commandRender(const RenderOptions& render, const CommonOptions& options) {
     view.transparent = render.transparent;
     for (int frame = 0; frame < render.frames; ++frame) {
         if (render.cut) view.cut = middleCut(view, meshBounds(object.mesh));
-        const std::string name = frameName(render.picture, frame, render.frames);
-        AtomicOutput out(name, false, options.force);
-        renderPicture(out.place(), objects, view);
-        out.commit();
-        if (!options.quiet) std::printf("%s\n", name.c_str());
+        context.check();
+        renderPicture(outs[size_t(frame)].place(), objects, view);
         view.azimuthDegrees += 360.0 / render.frames;
     }
+    for (AtomicOutput& out : outs) out.commit();
+    for (int frame = 0; frame < render.frames && !options.quiet; ++frame)
+        std::printf("%s\n", frameName(render.picture, frame, render.frames).c_str());
 }
 
 }  // namespace pavel

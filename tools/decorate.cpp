@@ -66,9 +66,10 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
         view.sharpCreases = scene.output.remeshVertices.has_value();
         if (scene.output.preview)
             renderPicture(out.place("preview.png"), meshes.fused ? *meshes.fused : meshes.objects, view);
-        if (scene.output.figure)
-            writeFigure(out.place("figure.jpg"), scene, base, kinds, seeds, extractBase(packing),
-                        elementObjects(packing, kinds, placed, 0));
+        if (scene.output.figure) {
+            std::vector<MeshObject> elements = elementObjects(packing, kinds, placed);
+            writeFigure(out.place("figure.jpg"), scene, base, kinds, seeds, extractBase(packing), std::move(elements));
+        }
         context.progress("write", 0.3);
         writeMeshes(out, scene.output, meshes.objects, metresPerUnit(scene.units));
         context.progress("write", 0.6);

@@ -91,7 +91,7 @@ int run(int argc, char** argv) {
     render
         ->add_option("--elevation", picture.elevation,
                      "of the camera, degrees (default: 18; flat things from higher up)")
-        ->check(CLI::Range(-89, 89));
+        ->check(CLI::Range(-89.0, 89.0));
     render->add_option("--zoom", picture.zoom, "enlargement")->check(CLI::PositiveNumber);
     render->add_option("--finish", picture.finish, "clay, ceramic, gold, jade or pearl");
     render->add_option("--color", picture.color, "#rrggbb, instead of the finish's own");

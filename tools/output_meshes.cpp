@@ -1,6 +1,7 @@
 #include "pavel/tools/output_meshes.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -68,12 +69,6 @@ void remeshToShare(MeshObject& object, double vertices, const std::function<void
     if (share < object.mesh.points.size()) remeshObject(object, share, progress);
 }
 
-void warnWhereFew(size_t had, size_t wanted, RunContext& context) {
-    if (had <= wanted)
-        context.warn("output.remesh.vertices: the surface has only " + std::to_string(had) +
-                     " vertices; it is left as it is");
-}
-
 /// An element, or (id 0) the base, whose mesh is still to be extracted.
 struct Part {
     int id = 0;
@@ -111,9 +106,12 @@ std::vector<MeshObject> objectsOf(std::vector<Part> parts) {
 }  // namespace
 
 std::vector<MeshObject> elementObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
-                                       const std::vector<PlacedElement>& placed, double adaptivity) {
+                                       const std::vector<PlacedElement>& placed) {
     std::vector<Part> parts = elementParts(packing, kinds, placed);
-    tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) { extract(packing, adaptivity, parts[i]); });
+    tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) {
+        extract(packing, 0, parts[i]);
+        parts[i].object.color = elementColor(kinds[size_t(placed[size_t(parts[i].id) - 1].kind)], parts[i].id);
+    });
     return objectsOf(std::move(parts));
 }
 
@@ -149,18 +147,24 @@ OutputMeshes extractMeshes(const Packing& packing, const std::vector<ElementKind
     const StageTimer timer(context, options.remeshVertices ? "remesh" : "extract");
     double surface = 0;
     for (const Part& p : parts) surface += double(surfaceVoxels(packing, p.id));
-    std::atomic<uint64_t> triangles{0}, vertices{0};
-    tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) {
+    std::atomic<uint64_t> triangles{0}, vertices{0}, left{0};
+    const auto make = [&](Part& part) {
         context.check();
-        extract(packing, options.adaptivity, parts[i]);
-        MeshObject& o = parts[i].object;
-        triangles += o.mesh.triangles.size();
-        vertices += o.mesh.points.size();
+        extract(packing, options.adaptivity, part);
+        triangles += part.object.mesh.triangles.size();
+        vertices += part.object.mesh.points.size();
         if (options.remeshVertices)
-            remeshToShare(o, double(*options.remeshVertices) * double(surfaceVoxels(packing, parts[i].id)) / surface,
-                          {});
-    });
-    if (options.remeshVertices) warnWhereFew(vertices, *options.remeshVertices, context);
+            remeshToShare(part.object,
+                          double(*options.remeshVertices) * double(surfaceVoxels(packing, part.id)) / surface,
+                          [&](double) { context.check(); });
+        left += part.object.mesh.points.size();
+    };
+    // A thread that waits within one does not begin another.
+    tbb::parallel_for(size_t(0), parts.size(),
+                      [&](size_t i) { tbb::this_task_arena::isolate([&] { make(parts[i]); }); });
+    if (options.remeshVertices && vertices <= *options.remeshVertices)
+        context.warn("output.remesh.vertices: the surface has only " + std::to_string(vertices) + " vertices; " +
+                     std::to_string(left) + " are left");
     out.extractedTriangles = triangles;
     out.objects = objectsOf(std::move(parts));
     return out;
@@ -170,8 +174,11 @@ void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext
     size_t had = 0;
     double area = 0;
     for (const MeshObject& o : objects) had += o.mesh.points.size(), area += meshArea(o.mesh);
-    warnWhereFew(had, vertices, context);
-    if (had <= vertices) return;
+    if (had <= vertices) {
+        context.warn("output.remesh.vertices: the surface has only " + std::to_string(had) +
+                     " vertices; it is left as it is");
+        return;
+    }
     tbb::parallel_for(size_t(0), objects.size(), [&](size_t i) {
         MeshObject& o = objects[i];
         remeshToShare(o, double(vertices) * meshArea(o.mesh) / area, [&](double part) {

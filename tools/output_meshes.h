@@ -22,9 +22,9 @@ struct OutputMeshes {
 OutputMeshes extractMeshes(const Packing& packing, const std::vector<ElementKind>& kinds,
                            const std::vector<PlacedElement>& placed, const BaseLook& baseLook,
                            const OutputOptions& options, RunContext& context);
-/// A named object for each element that is not swallowed.
+/// An object for each element that is not swallowed, each a little lighter or darker than its kind: for pictures.
 std::vector<MeshObject> elementObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
-                                       const std::vector<PlacedElement>& placed, double adaptivity);
+                                       const std::vector<PlacedElement>& placed);
 /// Remeshes all objects to `vertices` in sum, each to its share of the area. Where they have no more they stay as they
 /// are, and the context is warned.
 void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context);

@@ -156,7 +156,9 @@ void writeFigure(const std::string& path, const Scene& scene, const TriangleMesh
     View whole = view;
     whole.zoom = 1;
     // What is flat is cut less, and seen from below without its base.
-    const bool flat = elevationOf(view, packed) > 30;
+    View unset = view;
+    unset.elevationDegrees.reset();
+    const bool flat = elevationOf(unset, packed) > 30;
     CutPlane cut = middleCut(view, bounds);
     if (flat) cut.offset += 0.08 * size;
     View section = view;

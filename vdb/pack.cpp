@@ -357,11 +357,13 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             result.elements[i].finalVolume -= taken[i] * h3;
         }
     }
-    if (options.surface) {
+    if (options.surface || options.solidWithBase) {
         const StageTimer timer(context, "extract");
-        fuse(options.solidWithBase, options.gap == 0, grids);
+        if (options.surface) {
+            fuse(options.solidWithBase, options.gap == 0, grids);
+            grids.ids = elementIds(grids.elements);
+        }
         grids.base = redistanced(*grids.base);
-        grids.ids = elementIds(grids.elements);
     }
     constexpr double kWorthAWord = 1e-3;
     std::vector<int> swallowed, widened, short_;

@@ -23,7 +23,7 @@ struct PackOptions {
     double gap = 0;               ///< clearance left between elements and to the base, scene units
     bool recoverBaseLoss = true;  ///< what lies in the base grows back; else it is cut
     bool surface = true;          ///< make the fused surface and the ids
-    bool solidWithBase = false;   ///< also make the fused solid of elements and base
+    bool solidWithBase = false;   ///< the base is wanted: by itself, and where `surface` is, fused with the elements
 };
 
 /// Volumes in scene units^3, one sub-voxel measure throughout.

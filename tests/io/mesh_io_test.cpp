@@ -251,6 +251,15 @@ TEST(Preview, FinishesDiffer) {
     ball[0].vertexFinish.assign(ball[0].mesh.points.size(), ball[0].finish);
     ball[0].finish = Finish::clay;
     EXPECT_EQ(rendered({Panel{&ball, view}}, 1).rgba, byObject);
+    // Vertices that are split at creases take theirs along: every edge of a tetrahedron is one.
+    ball[0].mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    ball[0].mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    ball[0].vertexFinish.assign(4, Finish::gold);
+    view.sharpCreases = true;
+    const std::vector<uint8_t> byVertex = rendered({Panel{&ball, view}}, 1).rgba;
+    ball[0].vertexFinish.clear();
+    ball[0].finish = Finish::gold;
+    EXPECT_EQ(rendered({Panel{&ball, view}}, 1).rgba, byVertex);
 }
 
 TEST(AtomicOutput, WholeOrNotAtAll) {

@@ -230,6 +230,10 @@ TEST(Program, RendersFinishesCutsAndTurns) {
     EXPECT_NE(o.text.find("did you mean \"gold\""), std::string::npos) << o.text;
     EXPECT_EQ(run(render + "-o " + (folder / "x.gif")).status, 2);
     EXPECT_EQ(run(render + "--color red -o " + (folder / "x.png")).status, 2);
+    EXPECT_EQ(run(render + "--zoom nan -o " + (folder / "x.png")).status, 2);
+    EXPECT_EQ(run(render + "--transparent -o " + (folder / "x.jpg")).status, 2);
+    EXPECT_EQ(run(render + "--turntable 5 -o " + (folder / "turn.png")).status, 2);  // some are there
+    EXPECT_FALSE(fs::exists(folder / "turn_04.png"));
 }
 
 TEST(Program, BenchWritesTablesBesideThePapers) {

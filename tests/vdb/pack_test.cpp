@@ -84,6 +84,33 @@ Packing packCap(double marchAcross, int threads = 2) {
     return pack(scene.base, scene.kinds, cap, options, context);
 }
 
+TEST(Pack, NothingMovesBeyondTheReachOfTheGrowth) {
+    constexpr double kRadius = 5, kHalf = 3.4, kCoarse = 0.32;  // 62 voxels across: fronts march on every other
+    std::vector<ElementKind> kinds(1);
+    kinds[0].mesh = test::sphere(kRadius, {0, 0, 0}, 96);
+    std::vector<PlacedElement> placed(2);
+    for (int i : {0, 1})
+        placed[size_t(i)].id = i + 1, placed[size_t(i)].worldFromElement.origin[0] = i ? kHalf : -kHalf;
+    RunContext context;
+    PackOptions options;
+    options.voxelSize = kCoarse / 2;
+    options.a = 0.05;
+    options.b = 0.15;
+    options.surface = false;
+    const Packing p = pack(test::sphere(3, {0, 0, -20}, 16), kinds, placed, options, context);
+    const double rim = std::sqrt(kRadius * kRadius - kHalf * kHalf),
+                 reach = options.b * meshBounds(kinds[0].mesh).diagonal();
+    double crest = 0, warts = 0;
+    for (const Vec3& q : extractElement(p, 1).points) {
+        const double out = length(q - placed[0].worldFromElement.origin) - kRadius;
+        const double fromRim = std::hypot(q[0], std::hypot(q[1], q[2]) - rim);
+        double& most = fromRim > reach + kCoarse ? warts : crest;
+        most = std::max(most, out);
+    }
+    EXPECT_GT(crest, 0.5);
+    EXPECT_LT(warts, 0.1 * options.voxelSize);
+}
+
 TEST(Pack, MarchingOnACoarserGridGivesTheSameShapes) {
     const Packing fast = packCap(24), plain = packCap(1e9);
     ASSERT_GE(fast.elements.size(), 6u);
