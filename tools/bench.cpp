@@ -1,6 +1,7 @@
 #include "pavel/tools/bench.h"
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 
 #include "pavel/core/error.h"
@@ -109,8 +110,8 @@ class Bench {
                                                   {voxelSize(e.name, 2), "output.figure=true", "output.preview=false",
                                                    "output.vdb=false", "output.mesh=[]"});
             fs::rename(folder_ + "/work/run/figure.jpg", folder_ + "/" + e.name + ".jpg");
-            page += "\n## " + e.name + "\n\n" + e.help + ". " + describe(run) + "\n\n![" + e.name + "](" + e.name +
-                    ".jpg)\n";
+            page += "\n## " + e.name + "\n\n" + sentence(e.help) + ". " + describe(run) + "\n\n![" + e.name + "](" +
+                    e.name + ".jpg)\n";
         }
         page += "\n# Studies\n";
         for (const Study& s : studies()) page += studyPage(s);
@@ -121,6 +122,11 @@ class Bench {
     void step(const std::string& name) {
         context_.check();
         context_.progress(name, double(done_++) / double(plan_.steps()));
+    }
+
+    static std::string sentence(std::string text) {
+        if (!text.empty()) text[0] = char(std::toupper(text[0]));
+        return text;
     }
 
     static std::string describe(const BenchRun& run) {
@@ -136,8 +142,8 @@ class Bench {
         t += text;
         if (run.shortElements > 0) {
             std::snprintf(text, sizeof text,
-                          " %d of them are walled in by their neighbours and find no room for all of their volume: "
-                          "%.2g %% of the whole is missing, and the report names them.",
+                          " Walled in by their neighbours and without room for all of their volume: %d, "
+                          "and %.2g %% of the whole is missing; the report names them.",
                           run.shortElements, run.unrecoveredPercent);
             t += text;
         }
