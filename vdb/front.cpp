@@ -178,11 +178,13 @@ void Front::lookBeyond() {
             next.emplace_back(other, n);
         }
     };
+    // Elsewhere the speed changes little within two voxels.
+    const float slow = float(weight * recoveryFunction(b - 3 / element.size, a, b));
     const size_t made = blocks.size();
     for (size_t i = 0; i < made; ++i)
         for (int v = 0; v < 512; ++v) {
             GrowthBlock& block = blocks[i];
-            if (!block.hasTime(v)) continue;
+            if (!block.hasTime(v) || block.scale[v] > slow) continue;
             askBeside(&block, v);
             if (block.state[v] != kBody) continue;
             // Its neighbours' mean will do for marching; where the speed ends within a voxel it would leave warts.
