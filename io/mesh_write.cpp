@@ -6,6 +6,18 @@
 
 namespace pavel {
 
+void replaceMesh(MeshObject& object, TriangleMesh mesh, const std::vector<int>& source) {
+    const auto carry = [&](auto& values) {
+        if (values.empty()) return;
+        std::remove_reference_t<decltype(values)> carried;
+        for (int v : source) carried.push_back(values[size_t(v)]);
+        values = std::move(carried);
+    };
+    carry(object.vertexColors);
+    carry(object.vertexFinish);
+    object.mesh = std::move(mesh);
+}
+
 void writeObj(const std::string& path, const std::vector<MeshObject>& objects, bool materialFile) {
     std::map<std::string, Vec3> materials;
     for (const MeshObject& o : objects) materials.emplace(materialName(o), o.color);

@@ -22,6 +22,9 @@ struct MeshObject {
     std::vector<std::pair<std::string, Frame>> instances;
 };
 
+/// Gives an object another mesh, each of whose vertices takes colour and finish of a vertex of the old one.
+void replaceMesh(MeshObject& object, TriangleMesh mesh, const std::vector<int>& source);
+
 struct MeshFileOptions {
     double metresPerUnit = 1e-3;  ///< GLB, 3MF and USD say how long a unit is
     bool materialFile = false;    ///< OBJ: write NAME.mtl beside it

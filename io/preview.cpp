@@ -261,15 +261,8 @@ std::vector<MeshObject> creased(std::vector<MeshObject> objects) {
     tbb::parallel_for(size_t(0), objects.size(), [&](size_t i) {
         MeshObject& o = objects[i];
         std::vector<int> source;
-        o.mesh = splitAtCreases(o.mesh, 40, source);
-        const auto carry = [&](auto& values) {
-            if (values.empty()) return;
-            std::remove_reference_t<decltype(values)> carried;
-            for (int v : source) carried.push_back(values[size_t(v)]);
-            values = std::move(carried);
-        };
-        carry(o.vertexColors);
-        carry(o.vertexFinish);
+        TriangleMesh split = splitAtCreases(o.mesh, 40, source);
+        replaceMesh(o, std::move(split), source);
     });
     return objects;
 }

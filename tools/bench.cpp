@@ -70,7 +70,7 @@ class Bench {
         : plan_(plan),
           folder_(folder),
           context_(context),
-          runner_(folder + "/work", options.bunny, options.threads, context) {}
+          runner_(folder + "/runs", options.bunny, options.threads, context) {}
 
     BenchTables tables() {
         BenchTables t;
@@ -109,7 +109,7 @@ class Bench {
             const BenchRun run = runner_.decorate(e.name, "run",
                                                   {voxelSize(e.name, 2), "output.figure=true", "output.preview=false",
                                                    "output.vdb=false", "output.mesh=[]"});
-            fs::rename(folder_ + "/work/run/figure.jpg", folder_ + "/" + e.name + ".jpg");
+            keep("figure.jpg", e.name + ".jpg");
             page += "\n## " + e.name + "\n\n" + sentence(e.help) + ". " + describe(run) + "\n\n![" + e.name + "](" +
                     e.name + ".jpg)\n";
         }
@@ -122,6 +122,11 @@ class Bench {
     void step(const std::string& name) {
         context_.check();
         context_.progress(name, double(done_++) / double(plan_.steps()));
+    }
+
+    /// Takes a file of the last run to the page.
+    void keep(const std::string& file, const std::string& name) {
+        fs::rename(folder_ + "/runs/run/" + file, folder_ + "/" + name);
     }
 
     static std::string sentence(std::string text) {
@@ -165,7 +170,7 @@ class Bench {
                     runner_.seed(s.scene, "run", sets);
                 else
                     runner_.decorate(s.scene, "run", sets);
-                fs::rename(folder_ + "/work/run/preview.png", folder_ + "/" + p.file + ".png");
+                keep("preview.png", p.file + ".png");
                 page += " ![" + p.file + "](" + p.file + ".png) |";
             }
             page += "\n";
@@ -195,7 +200,7 @@ std::string bench(const BenchOptions& options, RunContext& context) {
         writeText(out.place("time-and-memory.svg"), tablesPlot(tables));
     }
     if (plan.gallery) writeText(out.place("README.md"), bench.gallery());
-    fs::remove_all(out.place("work"));
+    fs::remove_all(out.place("runs"));
     context.check();
     out.commit();
     return text;

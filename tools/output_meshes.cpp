@@ -53,15 +53,7 @@ void remeshObject(MeshObject& object, size_t vertices, const std::function<void(
     std::vector<int> nearest(fine.mesh.points.size(), 0);  // a vertex of the old mesh for each of the new
     for (size_t t = fine.source.size(); t-- > 0;)
         for (int v : fine.mesh.triangles[t]) nearest[size_t(v)] = object.mesh.triangles[size_t(fine.source[t])][0];
-    const auto carry = [&](auto& values) {
-        if (values.empty()) return;
-        std::remove_reference_t<decltype(values)> carried;
-        for (int v : nearest) carried.push_back(values[size_t(v)]);
-        values = std::move(carried);
-    };
-    carry(object.vertexColors);
-    carry(object.vertexFinish);
-    object.mesh = std::move(fine.mesh);
+    replaceMesh(object, std::move(fine.mesh), nearest);
 }
 
 void remeshToShare(MeshObject& object, double vertices, const std::function<void(double)>& progress) {

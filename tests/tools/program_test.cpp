@@ -252,7 +252,7 @@ TEST(Program, BenchWritesTablesBesideThePapers) {
     EXPECT_LT(tile["max_relative_error"], 1e-3);
     EXPECT_FALSE(tables["paper"][1].contains("paper"));  // the paper's table has no row for the pair
     EXPECT_NE(slurp(out + "/tables.md").find("tile, gallery bottom"), std::string::npos);
-    EXPECT_FALSE(fs::exists(out + "/work"));
+    EXPECT_FALSE(fs::exists(out + "/runs"));
     EXPECT_EQ(run("bench pair -o " + out + " --quiet").status, 2);  // there already
 }
 
