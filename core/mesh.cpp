@@ -55,29 +55,38 @@ std::vector<Vec3> vertexNormals(const TriangleMesh& mesh) {
 }
 
 std::vector<std::array<int, 3>> triangleNeighbours(const TriangleMesh& mesh) {
+    // Half-edges in buckets by their lower vertex: a handful in each.
     struct HalfEdge {
-        int lo, hi, triangle, side;
+        int hi, number;  // 3 * triangle + side
+        bool operator<(const HalfEdge& o) const { return hi != o.hi ? hi < o.hi : number < o.number; }
     };
-    std::vector<HalfEdge> edges;
-    edges.reserve(3 * mesh.triangles.size());
-    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-        for (int k = 0; k < 3; ++k) {
-            const int a = mesh.triangles[t][size_t(k)], b = mesh.triangles[t][size_t((k + 1) % 3)];
-            edges.push_back({std::min(a, b), std::max(a, b), int(t), k});
-        }
+    const size_t count = 3 * mesh.triangles.size();
+    const auto ends = [&](size_t e) {
+        const Triangle& t = mesh.triangles[e / 3];
+        return std::minmax(t[e % 3], t[(e + 1) % 3]);
+    };
+    std::vector<size_t> end(mesh.points.size() + 1, 0);
+    for (size_t e = 0; e < count; ++e) ++end[size_t(ends(e).first) + 1];
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    std::vector<HalfEdge> edges(count);
+    for (size_t e = 0; e < count; ++e) {
+        const auto [lo, hi] = ends(e);
+        edges[end[size_t(lo)]++] = {hi, int(e)};  // the bucket's begin becomes its end
     }
-    std::sort(edges.begin(), edges.end(), [](const HalfEdge& a, const HalfEdge& b) {
-        return std::tie(a.lo, a.hi, a.triangle, a.side) < std::tie(b.lo, b.hi, b.triangle, b.side);
-    });
     std::vector<std::array<int, 3>> result(mesh.triangles.size(), {-1, -1, -1});
-    for (size_t i = 0; i < edges.size();) {
-        size_t j = i + 1;
-        while (j < edges.size() && edges[j].lo == edges[i].lo && edges[j].hi == edges[i].hi) ++j;
-        if (j - i == 2) {
-            result[size_t(edges[i].triangle)][size_t(edges[i].side)] = edges[i + 1].triangle;
-            result[size_t(edges[i + 1].triangle)][size_t(edges[i + 1].side)] = edges[i].triangle;
+    size_t begin = 0;
+    for (size_t v = 0; v < mesh.points.size(); begin = end[v++]) {
+        std::sort(edges.begin() + long(begin), edges.begin() + long(end[v]));
+        for (size_t i = begin; i < end[v];) {
+            size_t j = i + 1;
+            while (j < end[v] && edges[j].hi == edges[i].hi) ++j;
+            if (j - i == 2) {
+                const int one = edges[i].number, other = edges[i + 1].number;
+                result[size_t(one / 3)][size_t(one % 3)] = other / 3;
+                result[size_t(other / 3)][size_t(other % 3)] = one / 3;
+            }
+            i = j;
         }
-        i = j;
     }
     return result;
 }

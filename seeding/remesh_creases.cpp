@@ -3,7 +3,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <atomic>
 
 #include "pavel/seeding/remesher.h"
 
@@ -79,19 +78,36 @@ void Remesher::assignTriangles() {
     if (!known) owner_.assign(n, -1);
     for (int& v : owner_)
         if (v >= 0 && tri_.mesh.status(Vertex(v)).deleted()) v = -1;
-    std::vector<char> changed(n, known), changing(n, 0);
+    std::vector<char> changed(n, 0);
+    std::vector<int> front;  // triangles whose owner changed
+    const auto enter = [&](size_t t) {
+        if (!changed[t]) front.push_back(int(t));
+        changed[t] = 1;
+    };
+    if (known)
+        for (size_t t = 0; t < n; ++t) {
+            const bool onSide = std::any_of(neighbours[t].begin(), neighbours[t].end(),
+                                            [&](int m) { return m >= 0 && owner_[size_t(m)] != owner_[t]; });
+            if (onSide) enter(t);
+        }
     for (size_t v = 0; v < on_.size(); ++v) {
         const size_t t = size_t(on_[v].triangle);
         int& owner = owner_[t];
         if (owner == int(v) || tri_.mesh.status(Vertex(int(v))).deleted()) continue;
         if (owner >= 0 && distance2(t, int(v)) >= distance2(t, owner)) continue;
         owner = int(v);
-        changed[t] = 1;
+        enter(t);
     }
-    std::vector<int> next = owner_;
-    for (std::atomic<bool> any{true}; any;) {
-        any = false;
-        tbb::parallel_for(size_t(0), n, [&](size_t t) {
+    std::vector<int> beside, next;
+    std::vector<char> listed(n, 0);
+    while (!front.empty()) {
+        beside.clear();
+        for (int t : front)
+            for (int m : neighbours[size_t(t)])
+                if (m >= 0 && !listed[size_t(m)]) listed[size_t(m)] = 1, beside.push_back(m);
+        next.resize(beside.size());
+        tbb::parallel_for(size_t(0), beside.size(), [&](size_t k) {
+            const size_t t = size_t(beside[k]);
             int best = owner_[t];
             double least = best < 0 ? 1e300 : -1;
             for (int m : neighbours[t]) {
@@ -100,12 +116,17 @@ void Remesher::assignTriangles() {
                 const double d = distance2(t, owner_[size_t(m)]);
                 if (d < least) best = owner_[size_t(m)], least = d;
             }
-            changing[t] = best != owner_[t];
-            next[t] = best;
-            if (changing[t] && !any) any = true;
+            next[k] = best;
         });
-        std::swap(owner_, next);
-        std::swap(changed, changing);
+        for (int t : front) changed[size_t(t)] = 0;
+        front.clear();
+        for (size_t k = 0; k < beside.size(); ++k) {
+            const size_t t = size_t(beside[k]);
+            listed[t] = 0;
+            if (owner_[t] == next[k]) continue;
+            owner_[t] = next[k];
+            enter(t);
+        }
     }
 }
 
