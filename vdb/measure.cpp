@@ -50,21 +50,6 @@ PAVEL_WIDE InsideMeasure measureBlock(const HaloBlock& f) {
     return m;
 }
 
-void loadHalo(const WorkTree& tree, const WorkLeaf& leaf, HaloBlock& out) {
-    const auto neighbour = [&](int side) {
-        Coord c = leaf.origin();
-        c[side / 2] += side % 2 ? 8 : -8;
-        return c;
-    };
-    fillHalo(
-        leaf.buffer().data(),
-        [&](int side) {
-            const WorkLeaf* n = tree.probeConstLeaf(neighbour(side));
-            return n ? n->buffer().data() : nullptr;
-        },
-        [&](int side) { return tree.getValue(neighbour(side)); }, out);
-}
-
 InsideMeasure measureInside(const WorkTree& tree) {
     InsideMeasure m;
     HaloBlock halo;

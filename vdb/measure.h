@@ -43,7 +43,21 @@ void fillHalo(const float* own, At at, Tile tile, HaloBlock& out) {
 }
 
 /// The same for a leaf of a tree.
-void loadHalo(const WorkTree& tree, const WorkLeaf& leaf, HaloBlock& out);
+template <class Tree>
+void loadHalo(const Tree& tree, const WorkLeaf& leaf, HaloBlock& out) {
+    const auto neighbour = [&](int side) {
+        Coord c = leaf.origin();
+        c[side / 2] += side % 2 ? 8 : -8;
+        return c;
+    };
+    fillHalo(
+        leaf.buffer().data(),
+        [&](int side) {
+            const WorkLeaf* n = tree.probeConstLeaf(neighbour(side));
+            return n ? n->buffer().data() : nullptr;
+        },
+        [&](int side) { return tree.getValue(neighbour(side)); }, out);
+}
 
 InsideMeasure measureInside(const WorkTree& tree);
 

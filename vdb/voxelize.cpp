@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "pavel/core/error.h"
+#include "pavel/vdb/mesh_band.h"
 
 namespace pavel {
 namespace {
@@ -212,6 +213,18 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
 }
 
 openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize, float halfWidth) {
+    // In wide bands a triangle would meet too many voxels.
+    constexpr float kNarrow = 6;
+    if (halfWidth <= kNarrow) {
+        TriangleMesh inVoxels;
+        inVoxels.triangles = mesh.triangles;
+        for (const Vec3& p : mesh.points) inVoxels.points.push_back(p / voxelSize);
+        if (const auto tree = meshBand(inVoxels, halfWidth)) {
+            auto grid = openvdb::FloatGrid::create(tree);
+            grid->setGridClass(openvdb::GRID_LEVEL_SET);
+            return grid;
+        }
+    }
     return meshToLevelSet(mesh, voxelSize, halfWidth, halfWidth);
 }
 

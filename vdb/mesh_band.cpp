@@ -1,0 +1,260 @@
+#include "pavel/vdb/mesh_band.h"
+
+#include <openvdb/tools/Composite.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <map>
+
+#include "pavel/core/union_find.h"
+#include "pavel/vdb/measure.h"
+
+namespace pavel {
+namespace {
+
+/// A triangle with what a distance to it asks for.
+struct Facet {
+    Vec3 a, b, c;
+    Vec3 normal;             ///< unit
+    std::array<Vec3, 3> in;  ///< unit, in the plane, away from the edges ab, bc, ca into the triangle
+    std::array<Vec3, 3> edge, vertex;
+
+    /// May a point of the ball be nearer than the ball's radius?
+    bool mayMeet(const Vec3& centre, double radius) const {
+        return std::abs(dot(centre - a, normal)) <= radius && dot(centre - a, in[0]) >= -radius &&
+               dot(centre - b, in[1]) >= -radius && dot(centre - c, in[2]) >= -radius;
+    }
+};
+
+/// False where an edge has not two triangles that agree about its sides, or a triangle has no area.
+bool makeFacets(const TriangleMesh& mesh, std::vector<Facet>& facets) {
+    const auto neighbours = triangleNeighbours(mesh);
+    const std::vector<Vec3> atVertex = vertexNormals(mesh);
+    const size_t n = mesh.triangles.size();
+    facets.resize(n);
+    std::atomic<bool> good{n > 0};
+    tbb::parallel_for(size_t(0), n, [&](size_t t) {
+        const Triangle& corners = mesh.triangles[t];
+        Facet& f = facets[t];
+        const Vec3 p[3] = {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+        f.a = p[0], f.b = p[1], f.c = p[2];
+        const Vec3 across = cross(f.b - f.a, f.c - f.a);
+        const double twice = length(across);
+        if (!(twice > 1e-12)) good = false;
+        f.normal = normalized(across);
+        for (size_t k = 0; k < 3; ++k) {
+            f.in[k] = normalized(cross(f.normal, p[(k + 1) % 3] - p[k]));
+            f.vertex[k] = atVertex[size_t(corners[k])];
+            const int m = neighbours[t][k];
+            if (m < 0) {
+                good = false;
+                continue;
+            }
+            const Triangle& other = mesh.triangles[size_t(m)];
+            bool agrees = false;
+            for (size_t j = 0; j < 3; ++j)
+                agrees |= other[j] == corners[(k + 1) % 3] && other[(j + 1) % 3] == corners[k];
+            if (!agrees) good = false;
+            f.edge[k] = f.normal + triangleNormal(mesh, size_t(m));
+        }
+    });
+    return good;
+}
+
+/// From the nearest point of the facet to p, and the normal that tells p's side (C. Ericson 2005, 5.1.5).
+Vec3 fromNearest(const Facet& f, const Vec3& p, const Vec3*& normal) {
+    const Vec3 ab = f.b - f.a, ac = f.c - f.a, ap = p - f.a;
+    const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+    if (d1 <= 0 && d2 <= 0) return normal = &f.vertex[0], ap;
+    const Vec3 bp = p - f.b;
+    const double d3 = dot(ab, bp), d4 = dot(ac, bp);
+    if (d3 >= 0 && d4 <= d3) return normal = &f.vertex[1], bp;
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) return normal = &f.edge[0], ap - d1 / (d1 - d3) * ab;
+    const Vec3 cp = p - f.c;
+    const double d5 = dot(ab, cp), d6 = dot(ac, cp);
+    if (d6 >= 0 && d5 <= d6) return normal = &f.vertex[2], cp;
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) return normal = &f.edge[2], ap - d2 / (d2 - d6) * ac;
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0 && d4 >= d3 && d5 >= d6)
+        return normal = &f.edge[1], bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (f.c - f.b);
+    return normal = &f.normal, dot(ap, f.normal) * f.normal;
+}
+
+/// A facet in a block. Blocks are numbered so that they sort by x, y, z.
+struct Meeting {
+    uint64_t block;
+    int facet;
+    bool operator<(const Meeting& o) const { return block != o.block ? block < o.block : facet < o.facet; }
+};
+constexpr int kBias = 1 << 20;
+uint64_t numberOf(const Coord& block) {
+    return uint64_t(block[0] + kBias) << 42 | uint64_t(block[1] + kBias) << 21 | uint64_t(block[2] + kBias);
+}
+Coord originOf(uint64_t number) {
+    const auto part = [&](int shift) { return 8 * (int(number >> shift & (2 * kBias - 1)) - kBias); };
+    return {part(42), part(21), part(0)};
+}
+
+/// Lists the blocks of a box, in blocks, that hold voxels nearer to the facet than the band: halves the box.
+void list(const Facet& f, int number, double band, const Coord& lo, const Coord& hi, std::vector<Meeting>& out) {
+    Vec3 centre, half;
+    for (int k = 0; k < 3; ++k) centre[k] = 4 * (lo[k] + hi[k]) + 3.5, half[k] = 4 * (hi[k] - lo[k]) + 3.5;
+    if (!f.mayMeet(centre, band + length(half))) return;
+    const Coord size = hi - lo;
+    const int axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
+    if (size[axis] == 0) {
+        out.push_back({numberOf(lo), number});
+        return;
+    }
+    Coord middle = hi, next = lo;
+    middle[axis] = lo[axis] + size[axis] / 2;
+    next[axis] = middle[axis] + 1;
+    list(f, number, band, lo, middle, out);
+    list(f, number, band, next, hi, out);
+}
+
+std::vector<Meeting> meetings(const std::vector<Facet>& facets, double band) {
+    constexpr size_t kChunk = 1024;
+    std::vector<std::vector<Meeting>> parts((facets.size() + kChunk - 1) / kChunk);
+    tbb::parallel_for(size_t(0), parts.size(), [&](size_t part) {
+        for (size_t t = part * kChunk; t < std::min(facets.size(), (part + 1) * kChunk); ++t) {
+            const Facet& f = facets[t];
+            Coord lo, hi;
+            for (int k = 0; k < 3; ++k) {
+                lo[k] = int(std::floor((std::min({f.a[k], f.b[k], f.c[k]}) - band) / 8));
+                hi[k] = int(std::floor((std::max({f.a[k], f.b[k], f.c[k]}) + band) / 8));
+            }
+            list(f, int(t), band, lo, hi, parts[part]);
+        }
+    });
+    std::vector<Meeting> all;
+    for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
+    tbb::parallel_sort(all.begin(), all.end());
+    return all;
+}
+
+/// One block's distances; null where none is within the band.
+WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band) {
+    const Coord origin = originOf(first->block);
+    double distance2[512];
+    bool inside[512];
+    std::fill(distance2, distance2 + 512, double(band) * band);
+    bool any = false;
+    for (const Meeting* m = first; m != last; ++m) {
+        const Facet& f = facets[size_t(m->facet)];
+        int lo[3], hi[3];
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = std::max(0, int(std::ceil(std::min({f.a[k], f.b[k], f.c[k]}) - band)) - origin[k]);
+            hi[k] = std::min(7, int(std::floor(std::max({f.a[k], f.b[k], f.c[k]}) + band)) - origin[k]);
+        }
+        for (int x = lo[0]; x <= hi[0]; ++x)
+            for (int y = lo[1]; y <= hi[1]; ++y) {
+                const Vec3 row(origin[0] + x, origin[1] + y, origin[2]);
+                const double height = dot(row - f.a, f.normal);
+                for (int z = lo[2]; z <= hi[2]; ++z) {
+                    const int v = x * 64 + y * 8 + z;
+                    const double above = height + z * f.normal[2];
+                    if (above * above >= distance2[v]) continue;
+                    const Vec3* normal = nullptr;
+                    const Vec3 d = fromNearest(f, row + Vec3(0, 0, z), normal);
+                    const double d2 = dot(d, d);
+                    if (d2 >= distance2[v]) continue;
+                    distance2[v] = d2;
+                    inside[v] = dot(d, *normal) < 0;
+                    any = true;
+                }
+            }
+    }
+    if (!any) return nullptr;
+    auto leaf = std::make_unique<WorkLeaf>(origin, band, false);
+    for (openvdb::Index v = 0; v < 512; ++v) {
+        if (!(distance2[v] < double(band) * band)) continue;
+        const float d = float(std::sqrt(distance2[v]));
+        leaf->setValueOn(v, inside[v] ? -d : d);
+    }
+    return leaf.release();
+}
+
+/// A signed distance changes by no more than the way: where it does, its sides contradict each other.
+bool isDistance(const openvdb::FloatTree& tree) {
+    constexpr float kMost = 1.05f;
+    std::vector<const WorkLeaf*> leaves;
+    tree.getNodes(leaves);
+    std::atomic<bool> good{true};
+    tbb::parallel_for(size_t(0), leaves.size(), [&](size_t i) {
+        HaloBlock halo;
+        loadHalo(tree, *leaves[i], halo);
+        float most = 0;
+        for (int x = 1; x <= 8; ++x)
+            for (int y = 1; y <= 8; ++y)
+                for (int z = 1; z <= 8; ++z) {
+                    const float* at = &halo[size_t(x * 100 + y * 10 + z)];
+                    for (int step : {-100, 100, -10, 10, -1, 1}) most = std::max(most, std::abs(*at - at[step]));
+                }
+        if (most > kMost) good = false;
+    });
+    return good;
+}
+
+/// Of one connected solid.
+openvdb::FloatTree::Ptr solidBand(const TriangleMesh& mesh, float halfWidth) {
+    std::vector<Facet> facets;
+    if (meshVolume(mesh) <= 0 || !makeFacets(mesh, facets)) return nullptr;
+    const std::vector<Meeting> all = meetings(facets, double(halfWidth));
+    std::vector<size_t> starts;
+    for (size_t i = 0; i < all.size(); ++i)
+        if (i == 0 || all[i].block != all[i - 1].block) starts.push_back(i);
+    starts.push_back(all.size());
+    std::vector<WorkLeaf*> leaves(starts.size() - 1);
+    tbb::parallel_for(size_t(0), leaves.size(), [&](size_t b) {
+        leaves[b] = makeLeaf(facets, all.data() + starts[b], all.data() + starts[b + 1], halfWidth);
+    });
+    auto tree = std::make_shared<openvdb::FloatTree>(halfWidth);
+    for (auto* leaf : leaves)
+        if (leaf) tree->addLeaf(leaf);
+    openvdb::tools::signedFloodFill(*tree);
+    return isDistance(*tree) ? tree : nullptr;
+}
+
+/// The parts that no edge connects.
+std::vector<TriangleMesh> piecesOf(const TriangleMesh& mesh) {
+    UnionFind joined(mesh.points.size());
+    for (const Triangle& t : mesh.triangles) joined.join(t[0], t[1]), joined.join(t[0], t[2]);
+    std::map<int, TriangleMesh> pieces;
+    for (const Triangle& t : mesh.triangles) {
+        TriangleMesh& piece = pieces[joined.find(t[0])];
+        piece.triangles.push_back(t);
+    }
+    std::vector<TriangleMesh> out;
+    for (auto& [root, piece] : pieces) {
+        piece.points = mesh.points;
+        if (pieces.size() > 1) removeUnusedVertices(piece);
+        out.push_back(std::move(piece));
+    }
+    return out;
+}
+
+}  // namespace
+
+openvdb::FloatTree::Ptr meshBand(const TriangleMesh& mesh, float halfWidth) {
+    constexpr size_t kMostPieces = 32;
+    const std::vector<TriangleMesh> pieces = piecesOf(mesh);
+    if (pieces.empty() || pieces.size() > kMostPieces) return nullptr;
+    openvdb::FloatTree::Ptr all;
+    for (const TriangleMesh& piece : pieces) {
+        const openvdb::FloatTree::Ptr band = solidBand(piece, halfWidth);
+        if (!band) return nullptr;
+        if (all)
+            openvdb::tools::csgUnion(*all, *band);
+        else
+            all = band;
+    }
+    return all;
+}
+
+}  // namespace pavel
