@@ -18,12 +18,14 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     const std::vector<ElementKind> kinds = loadKinds(scene, context);
     const double h = sceneVoxelSize(scene, kinds);
     checkVoxelSize(base, kinds, h, scene.material.gap, context);
-    double weights = 0, volume = 0, area = 0, thinnest = 1e300;
-    for (const ElementKind& k : kinds) {
+    double weights = 0, volume = 0, area = 0, thinnest = 1e300, rise = 1e300;
+    for (size_t i = 0; i < kinds.size(); ++i) {
+        const ElementKind& k = kinds[i];
         weights += k.weight;
         volume += k.weight * meshVolume(k.mesh);
         area += k.weight * meshArea(k.mesh);
         thinnest = std::min(thinnest, meshBounds(k.mesh).size().min());
+        rise = std::min(rise, scene.elements[i].a.value_or(scene.material.a) * meshBounds(k.mesh).diagonal());
     }
     double n = 0;
     const auto manual = loadPlacements(scene);
@@ -44,7 +46,8 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     const double bytes = 350e6 + 476 * surface + 448 * baseSurface;
     // Seconds of CPU, likewise: the whole run with its files; growth costs by the surface on the grid that fronts march
     // on.
-    const double factor = marchingFactor(thinnest * (1 - scene.sizeVariation) / h),
+    const double factor =
+                     marchingFactor(thinnest * (1 - scene.sizeVariation) / h, rise * (1 - scene.sizeVariation) / h),
                  cpu = 7 + 0.0033 * n + 8.6e-6 * (surface + baseSurface) + 3.6e-6 * surface / (factor * factor);
     const int threads = options.threads > 0 ? options.threads : int(tbb::info::default_concurrency());
     std::printf(

@@ -186,8 +186,8 @@ PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, doubl
     return near;
 }
 
-PAVEL_WIDE float ContactDistance::Near::nearest(const Vec3f& p, Vec3f& point) const {
-    return std::sqrt(nearestIn(lanes_, p, 1e30f, point));
+PAVEL_WIDE float ContactDistance::Near::nearest(const Vec3f& p, float most, Vec3f& point) const {
+    return std::sqrt(nearestIn(lanes_, p, most * most, point));
 }
 
 PAVEL_WIDE Vec3 ContactDistance::nearest(const Vec3& p) const {

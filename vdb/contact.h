@@ -39,8 +39,8 @@ class ContactDistance {
     class Near {
       public:
         bool empty() const { return lanes_.empty(); }
-        /// Distance to the nearest of them, and the point.
-        float nearest(const Vec3f& p, Vec3f& point) const;
+        /// Distance to the nearest of them, and the point; `most` where all are farther.
+        float nearest(const Vec3f& p, float most, Vec3f& point) const;
 
       private:
         friend class ContactDistance;

@@ -64,6 +64,13 @@ class Bisector {
     /// Does depth decide? Then the distances to both placed surfaces, where they are known, tell the same.
     bool byDepth() const { return rule_ == kDepth; }
     double fromDistances(double own, double other) const { return sign_ > 0 ? weigh(own, other) : -weigh(other, own); }
+    /// That is, own share * own distance - other share * other distance.
+    double shareOfOwn() const {
+        return (sign_ > 0 ? lowStiffness_ : highStiffness_) / (lowStiffness_ + highStiffness_);
+    }
+    double shareOfOther() const {
+        return (sign_ > 0 ? highStiffness_ : lowStiffness_) / (lowStiffness_ + highStiffness_);
+    }
 
   private:
     enum Rule { kPlane, kWeighted, kDepth };

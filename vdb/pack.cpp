@@ -55,14 +55,18 @@ void inOrder(const std::vector<int>& order, const RunContext& context, const cha
     context.progress(stage, to);
 }
 
-/// Voxels across the thinnest element.
-double thinnestAcross(const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, double h) {
-    double thinnest = 1e300;
-    std::vector<double> thickness;
-    for (const ElementKind& k : kinds) thickness.push_back(meshBounds(k.mesh).size().min());
-    for (const PlacedElement& p : placed)
-        thinnest = std::min(thinnest, thickness[size_t(p.kind)] * p.worldFromElement.scale / h);
-    return thinnest;
+/// The grid for fronts that suits all elements.
+int factorFor(const std::vector<ElementKind>& kinds, const std::vector<Material>& materials,
+              const std::vector<PlacedElement>& placed, double h, double marchAcross) {
+    std::vector<Vec3> sizes;
+    for (const ElementKind& k : kinds) sizes.push_back(meshBounds(k.mesh).size() / h);
+    double thinnest = 1e300, rise = 1e300;
+    for (const PlacedElement& p : placed) {
+        const Vec3 size = sizes[size_t(p.kind)] * p.worldFromElement.scale;
+        thinnest = std::min(thinnest, size.min());
+        rise = std::min(rise, materials[size_t(p.kind)].a * length(size));
+    }
+    return marchingFactor(thinnest, rise, marchAcross);
 }
 
 /// Canonical fields of all kinds that are placed.
@@ -233,9 +237,10 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
     }
 }
 
-int marchingFactor(double across, double marchAcross) {
+int marchingFactor(double across, double rise, double marchAcross) {
+    constexpr double kRise = 4;
     int factor = 1;
-    while (factor < 8 && across / (2 * factor) >= marchAcross) factor *= 2;
+    while (factor < 8 && across >= marchAcross * 2 * factor && rise >= kRise * 2 * factor) factor *= 2;
     return factor;
 }
 
@@ -243,7 +248,10 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
              const std::vector<PlacedElement>& placed, const PackOptions& options, RunContext& context) {
     const double h = options.voxelSize, h3 = h * h * h;
     const size_t n = placed.size();
-    const int factor = marchingFactor(thinnestAcross(kinds, placed, h), options.marchAcross);
+    std::vector<Material> materials(kinds.size(), Material{options.a, options.b});
+    for (size_t k = 0; k < options.kindMaterial.size(); ++k)
+        materials[k] = {options.kindMaterial[k].first, options.kindMaterial[k].second};
+    const int factor = factorFor(kinds, materials, placed, h, options.marchAcross);
     const double coarseH = h * factor;
     const bool deep = options.contactByDepth;
     openvdb::initialize();
@@ -261,7 +269,8 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     openvdb::FloatTree::Ptr coarseBase;
     {
         const StageTimer timer(context, "voxelize");
-        grids.base = coarseBase = voxelizeBase(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
+        const double band = options.gap > 0 ? kBaseBand + options.gap / h : double(kResultBand);
+        grids.base = coarseBase = voxelizeBase(baseMesh, h, float(band))->treePtr();
         if (factor > 1) {
             coarseBase = voxelizeBase(baseMesh, coarseH)->treePtr();
             fields = canonicalFields(kinds, placed, h, false);
@@ -273,9 +282,6 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         const StageTimer timer(context, "overlap");
         resolveOverlap(coarse, coarseBase.get(), options.recoverBaseLoss, context);
     }
-    std::vector<Material> materials(kinds.size(), Material{options.a, options.b});
-    for (size_t k = 0; k < options.kindMaterial.size(); ++k)
-        materials[k] = {options.kindMaterial[k].first, options.kindMaterial[k].second};
     Growth growth(coarse, coarseBase.get(), materials);
     {
         const StageTimer timer(context, "growth");
@@ -290,17 +296,21 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         std::vector<WorkTree::Ptr> coarsePlaced = placedOf(coarse);
         PlacedShapes shapes(n, [&](int i) {
             const WorkElement& e = coarse[size_t(i)];
-            if (factor == 1) return PlacedShapes::Shape{e.placed, {e.placedVolume, e.placedVoxels}};
+            if (factor == 1) return PlacedShapes::Shape{e.placed, {e.placedVolume, e.placedVoxels}, {}};
             const PlacedElement& p = placed[size_t(i)];
             const CanonicalField& field = fields[size_t(p.kind)];
             const Frame frame = indexFrame(p, h);
             const WorkTree::Ptr tree = voxelizePlacement(field, frame);
             eraseStrays(*tree, e, factor);
             const double volume = field.volume * frame.scale * frame.scale * frame.scale;
-            return PlacedShapes::Shape{tree, {volume, uint64_t(std::llround(volume))}};
+            const Front* front = growth.front(i);
+            return PlacedShapes::Shape{tree,
+                                       {volume, uint64_t(std::llround(volume))},
+                                       front ? GrownField(*front, *tree, factor) : GrownField()};
         });
         const RegionBuilder onCoarse(coarse, coarsePlaced, coarseBase.get(), growth.fronts(), 1),
-            onFine(coarse, shapes.shapes(), grids.base.get(), growth.fronts(), factor);
+            onFine(coarse, shapes.shapes(), grids.base.get(), growth.fronts(), factor,
+                   factor > 1 ? &shapes.grown() : nullptr);
         result.counts.grownVoxels = growth.grownVoxels() * uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
         growth.dropClaims();
         const std::vector<int> order = sweepOrder(coarse);
@@ -363,7 +373,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             fuse(options.solidWithBase, options.gap == 0, grids);
             grids.ids = elementIds(grids.elements);
         }
-        grids.base = redistanced(*grids.base);
+        if (options.gap > 0) grids.base = redistanced(*grids.base);  // a band of another width
     }
     constexpr double kWorthAWord = 1e-3;
     std::vector<int> swallowed, widened, short_;

@@ -1,22 +1,20 @@
 #pragma once
 // Who holds what after growth, at any resolution.
-#include "pavel/vdb/front.h"
+#include "pavel/vdb/grown_field.h"
 #include "pavel/vdb/region.h"
 
 namespace pavel {
 
-/// What one element would hold in one block if it were alone there. Voxels of the builder's grid.
+/// What one element would hold in one block if it were alone there: 512 values each, in voxels of the builder's grid.
 struct OwnField {
-    float phi[512];      ///< distance to the placed surface
-    float way[512];      ///< distance-like: scale * (arrival - stop time); negative where the front came in time
-    float scale[512];    ///< voxels per unit of time; 0 where the front does not go and `way` means nothing
-    bool grown = false;  ///< false: no front here, `way` and `scale` are not set
-    float own(int v) const { return grown && scale[v] > 0 ? std::min(phi[v], way[v]) : phi[v]; }
+    const float* phi = nullptr;    ///< distance to the placed surface
+    const float* way = nullptr;    ///< as GrownBlock's; phi where there is no front
+    const float* scale = nullptr;  ///< as GrownBlock's
+    GrownBlock made;               ///< holds the two where nobody else does
 };
 
 /// Evaluates regions on a grid that is `factor` times (1, 2, 4 or 8) finer than the one the fronts marched on: arrival
-/// times are smooth away from the rims, so they are interpolated, while placed shapes, bisectors and base are taken at
-/// full resolution. Near the rims the arrival is evaluated anew (Front::wedgeArrival).
+/// times are interpolated (GrownField), while placed shapes, bisectors and base are taken at full resolution.
 ///
 /// The region of i is, with T an arrival time, T* a stop time, and times running backwards inside the bodies,
 ///   max( min(phi_i, T_i - T_i*), -phi_B, taken_j )
@@ -26,9 +24,11 @@ struct OwnField {
 class RegionBuilder {
   public:
     /// The arguments must outlive the builder. `elements` and `fronts` (null where one does not grow) are coarse,
-    /// `base` and `placed` fine; a placed shape need only be there while a region is made that may meet it: rivalsOf.
+    /// `base`, `placed` and `fine` (null where factor is 1) fine; a placed shape and its field need only be there while
+    /// a region is made that may meet them: rivalsOf.
     RegionBuilder(const std::vector<WorkElement>& elements, const std::vector<WorkTree::Ptr>& placed,
-                  const openvdb::FloatTree* base, const std::vector<std::unique_ptr<Front>>& fronts, int factor);
+                  const openvdb::FloatTree* base, const std::vector<std::unique_ptr<Front>>& fronts, int factor,
+                  const std::vector<GrownField>* fine = nullptr);
 
     /// The region of an element on the fronts' own grid. Needs factor 1.
     Region build(int i) const;
@@ -40,8 +40,6 @@ class RegionBuilder {
   private:
     /// False where the element has nothing in the block.
     bool load(int i, const Coord& origin, OwnField& field) const;
-    void interpolate(const Front& front, const Coord& origin, OwnField& field) const;
-    void mendNearRim(const Front& front, const Coord& origin, OwnField& field) const;
     void clipBy(int i, int j, const Coord& origin, const OwnField& own, float* clip) const;
     bool evaluate(int i, const std::vector<int>& rivals, const Coord& origin, float* own, float* clip,
                   float* slope) const;
@@ -51,7 +49,8 @@ class RegionBuilder {
     const std::vector<WorkTree::Ptr>& placed_;
     const openvdb::FloatTree* base_;
     const std::vector<std::unique_ptr<Front>>& fronts_;
-    int factor_, shift_;
+    int factor_;
+    const std::vector<GrownField>* fine_;
     std::vector<CoordBBox> reach_;
     ElementIndex index_;
 };
