@@ -67,12 +67,11 @@ int Planes::solve(double share, int most, double reach, Vec3& move, Vec3& along)
 /// triangles: in each round, a triangle looks at what its neighbours had in the last.
 void Remesher::assignTriangles() {
     const auto& neighbours = surface_.neighbours();
-    const TriangleMesh& mesh = surface_.mesh();
     const auto distance2 = [&](size_t t, int v) {
-        const Vec3 d = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3 - on_[size_t(v)].position;
+        const Vec3 d = middle_[t] - on_[size_t(v)].position;
         return dot(d, d);
     };
-    const size_t n = mesh.triangles.size();
+    const size_t n = neighbours.size();
     // Vertices move little between two calls: most owners stay.
     const bool known = owner_.size() == n;
     if (!known) owner_.assign(n, -1);

@@ -120,10 +120,12 @@ bool Remesher::facesOut(Vertex v, const Vec3& p) const {
 void Remesher::improveWorst() {
     constexpr double kSharp = 0.8;  // cosine
     constexpr int kDirections = 8;
+    std::vector<char> tried(on_.size(), 0);  // in vain, and nothing has moved since
     for (int sweep = 0; sweep < 12; ++sweep)
         for (size_t i = 0; i < on_.size(); ++i) {
             const Vertex v{int(i)};
-            if (kind_[i] != Kind::smooth || tri_.mesh.status(v).deleted()) continue;
+            if (tried[i] || kind_[i] != Kind::smooth || tri_.mesh.status(v).deleted()) continue;
+            tried[i] = 1;
             double best = sharpestAround(v, tri_.place[i]);
             if (best < kSharp) continue;
             const Vec3 u = anyPerpendicular(on_[i].normal), w = cross(on_[i].normal, u);
@@ -134,9 +136,12 @@ void Remesher::improveWorst() {
                     const SurfacePoint to =
                         surface_.walked(from, reach * spacing_ * (std::cos(angle) * u + std::sin(angle) * w));
                     const double sharpest = sharpestAround(v, to.position);
-                    if (sharpest < best && facesOut(v, to.position))
-                        best = sharpest, on_[i] = to, tri_.place[i] = to.position;
+                    if (!(sharpest < best && facesOut(v, to.position))) continue;
+                    best = sharpest, on_[i] = to, tri_.place[i] = to.position;
+                    tried[i] = 0;
                 }
+            if (tried[i]) continue;
+            for (auto n = tri_.mesh.cvv_ccwbegin(v); n.is_valid(); ++n) tried[size_t(n->idx())] = 0;
         }
 }
 

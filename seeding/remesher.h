@@ -36,7 +36,11 @@ class Remesher {
     using Edge = OpenMesh::EdgeHandle;
 
     Remesher(TriangleMesh mesh, size_t vertices, double spacing)
-        : surface_(std::move(mesh)), count_(vertices), spacing_(spacing) {}
+        : surface_(std::move(mesh)), count_(vertices), spacing_(spacing) {
+        const TriangleMesh& m = surface_.mesh();
+        for (size_t t = 0; t < m.triangles.size(); ++t)
+            middle_.push_back((m.corner(t, 0) + m.corner(t, 1) + m.corner(t, 2)) / 3);
+    }
 
     Remeshed run(const std::function<void(double)>& progress);
 
@@ -82,6 +86,7 @@ class Remesher {
     std::vector<Vec3> along_;    // of a crease
     std::vector<Vec3> optimum_;  // that the quadrics ask for
     std::vector<int> valence_;   // while edges are flipped
+    std::vector<Vec3> middle_;   // of each triangle of the surface
     std::vector<int> owner_;     // nearest vertex of each triangle of the surface
 };
 
