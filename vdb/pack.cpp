@@ -125,6 +125,17 @@ std::vector<int> sweepOrder(const std::vector<WorkElement>& elements) {
     return order;
 }
 
+/// Leaves of the base that no element comes near become tiles.
+void dropFar(openvdb::FloatTree& base, const RegionBuilder& elements) {
+    std::vector<std::pair<Coord, float>> far;
+    for (auto leaf = base.cbeginLeaf(); leaf; ++leaf) {
+        const Coord& origin = leaf->origin();
+        if (!elements.reach(CoordBBox(origin.offsetBy(-8), origin.offsetBy(15))))
+            far.emplace_back(origin, leaf->getFirstValue() < 0 ? -base.background() : base.background());
+    }
+    for (const auto& [origin, value] : far) base.addTile(1, origin, value, false);
+}
+
 /// Erases from a fine level set what the trim on a coarser grid cut off: voxels with a stray node around them and none
 /// of the main body.
 void eraseStrays(WorkTree& fine, const WorkElement& coarse, int factor) {
@@ -269,8 +280,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     openvdb::FloatTree::Ptr coarseBase;
     {
         const StageTimer timer(context, "voxelize");
-        const double band = options.gap > 0 ? kBaseBand + options.gap / h : double(kResultBand);
-        grids.base = coarseBase = voxelizeBase(baseMesh, h, float(band))->treePtr();
+        grids.base = coarseBase = voxelizeBase(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
         if (factor > 1) {
             coarseBase = voxelizeBase(baseMesh, coarseH)->treePtr();
             fields = canonicalFields(kinds, placed, h, false);
@@ -313,6 +323,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
                    factor > 1 ? &shapes.grown() : nullptr);
         result.counts.grownVoxels = growth.grownVoxels() * uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
         growth.dropClaims();
+        if (options.gap == 0) dropFar(*grids.base, onFine);
         const std::vector<int> order = sweepOrder(coarse);
         std::vector<std::vector<int>> rivals(n);
         tbb::parallel_for(size_t(0), n, [&](size_t i) { rivals[i] = onFine.rivalsOf(int(i)); });
@@ -369,6 +380,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     }
     if (options.surface || options.solidWithBase) {
         const StageTimer timer(context, "extract");
+        if (options.gap == 0) grids.base = voxelizeBase(baseMesh, h, kResultBand)->treePtr();
         if (options.surface) {
             fuse(options.solidWithBase, options.gap == 0, grids);
             grids.ids = elementIds(grids.elements);

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <memory>
+#include <new>
 
 namespace pavel {
 namespace {
@@ -41,10 +44,13 @@ class Window {
         for (int k = 0; k < 3; ++k) cells_[k] = 2 * blocks[size_t(k)], side_[k] = 4 * cells_[k];
         dx_ = side_[1] * side_[2], dy_ = side_[2];
         const size_t count = size_t(cells_[0]) * size_t(cells_[1]) * size_t(cells_[2]), voxels = count * 64;
-        if (phi_.size() < voxels) {
-            for (auto* field : {&phi_, &own_, &clip_, &distance2_}) field->resize(voxels);
-            nearest_.resize(voxels);
-            queued_.assign(voxels, 0);
+        if (room_ < voxels) {
+            // Left without values: only what lies near a surface is touched, and the rest takes no memory.
+            for (auto* field : {&phi_, &own_, &clip_, &distance2_}) field->reset(new float[voxels]);
+            nearest_.reset(new int[voxels]);
+            queued_.reset(static_cast<char*>(std::calloc(voxels, 1)));
+            if (!queued_) throw std::bad_alloc();
+            room_ = voxels;
         }
         sign_.assign(count, 0);
         used_.assign(count, 0);
@@ -118,6 +124,7 @@ class Window {
     }
 
   private:
+    using Field = std::unique_ptr<float[]>;
     struct Place {
         int16_t x, y, z;
     };
@@ -194,7 +201,7 @@ class Window {
                (f[dx_] < 0) != s;
     }
 
-    float trilinear(const std::vector<float>& field, const Vec3f& p) const {
+    float trilinear(const Field& field, const Vec3f& p) const {
         const int x = int(p[0]), y = int(p[1]), z = int(p[2]);
         const float u = p[0] - float(x), v = p[1] - float(y), w = p[2] - float(z);
         const float* f = &field[size_t(index(x, y, z))];
@@ -204,13 +211,13 @@ class Window {
         return a * (1 - u) + b * u;
     }
 
-    Vec3f gradient(const std::vector<float>& field, int i) const {
+    Vec3f gradient(const Field& field, int i) const {
         const float* f = &field[size_t(i)];
         return {0.5f * (f[dx_] - f[-dx_]), 0.5f * (f[dy_] - f[-dy_]), 0.5f * (f[1] - f[-1])};
     }
 
     /// Point of the field's zero set along its gradient, at most 1.75 voxels away. Normal: unit gradient.
-    bool dropOnto(const std::vector<float>& field, int i, const Vec3f& p, Vec3f& point, Vec3f& normal) const {
+    bool dropOnto(const Field& field, int i, const Vec3f& p, Vec3f& point, Vec3f& normal) const {
         const float f0 = field[size_t(i)];
         normal = gradient(field, i);
         const float l = normal.norm();
@@ -262,7 +269,7 @@ class Window {
         const float own = own_[size_t(i)], clip = clip_[size_t(i)];
         foot.onCrease = false;
         const bool ownFirst = own >= clip;
-        const std::vector<float>&first = ownFirst ? own_ : clip_, &second = ownFirst ? clip_ : own_;
+        const Field &first = ownFirst ? own_ : clip_, &second = ownFirst ? clip_ : own_;
         const bool landed = dropOnto(first, i, p, foot.point, foot.along);
         if (std::min(own, clip) < -kCrease) {  // one field alone decides here
             if (!landed) stepAcross(i, p, foot);
@@ -350,9 +357,10 @@ class Window {
 
     float band_ = kResultBand;
     int cells_[3] = {}, side_[3] = {}, dx_ = 0, dy_ = 0;
-    std::vector<float> phi_, own_, clip_, distance2_;
-    std::vector<int> nearest_;
-    std::vector<char> queued_;
+    size_t room_ = 0;
+    Field phi_, own_, clip_, distance2_;
+    std::unique_ptr<int[]> nearest_;
+    std::unique_ptr<char[], decltype(&std::free)> queued_{nullptr, &std::free};
     std::vector<Foot> feet_;
     std::vector<Place> layer_, next_;
     std::vector<std::array<int, 3>> crossing_;

@@ -1,5 +1,7 @@
 #include "pavel/vdb/region_builder.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 
@@ -22,6 +24,28 @@ std::vector<CoordBBox> reaches(const std::vector<WorkElement>& elements,
                              hi[2] * factor - 1);
     }
     return boxes;
+}
+
+/// Blocks of the fronts' grid in which an element is or may have grown, sorted.
+std::vector<Coord> blocksOf(const WorkElement& e, const Front* front) {
+    std::vector<Coord> blocks;
+    if (!e.box.empty())
+        forEachBlock(e.box, [&](const Coord& origin) {
+            if (e.placed->probeConstLeaf(origin) || e.placed->getValue(origin) < 0) blocks.push_back(origin);
+        });
+    if (front)
+        for (const GrowthBlock& b : front->blocks) blocks.push_back(b.origin);
+    std::sort(blocks.begin(), blocks.end());
+    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+    return blocks;
+}
+
+bool haveCommon(const std::vector<Coord>& a, const std::vector<Coord>& b) {
+    for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end();) {
+        if (*i == *j) return true;
+        *i < *j ? ++i : ++j;
+    }
+    return false;
 }
 
 const std::array<float, 512> kAllIn = [] {
@@ -74,11 +98,16 @@ RegionBuilder::RegionBuilder(const std::vector<WorkElement>& elements, const std
       factor_(factor),
       fine_(fine),
       reach_(reaches(elements, fronts, factor)),
-      index_(reach_) {}
+      index_(reach_),
+      blocks_(elements.size()) {
+    tbb::parallel_for(size_t(0), elements.size(),
+                      [&](size_t i) { blocks_[i] = blocksOf(elements[i], fronts[i].get()); });
+}
 
 std::vector<int> RegionBuilder::rivalsOf(int i) const {
     std::vector<int> rivals = index_.meeting(reach_[size_t(i)]);
-    rivals.erase(std::remove(rivals.begin(), rivals.end(), i), rivals.end());
+    const auto isApart = [&](int j) { return j == i || !haveCommon(blocks_[size_t(i)], blocks_[size_t(j)]); };
+    rivals.erase(std::remove_if(rivals.begin(), rivals.end(), isApart), rivals.end());
     return rivals;
 }
 

@@ -36,6 +36,8 @@ class RegionBuilder {
     Region refine(int i, const Region& coarse) const;
     /// The elements whose shapes or fronts may meet those of i, ascending, without i.
     std::vector<int> rivalsOf(int i) const;
+    /// May any element's shape or front meet the box?
+    bool reach(const CoordBBox& box) const { return !index_.meeting(box).empty(); }
 
   private:
     /// False where the element has nothing in the block.
@@ -53,6 +55,7 @@ class RegionBuilder {
     const std::vector<GrownField>* fine_;
     std::vector<CoordBBox> reach_;
     ElementIndex index_;
+    std::vector<std::vector<Coord>> blocks_;
 };
 
 }  // namespace pavel
