@@ -249,7 +249,7 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
 }
 
 int marchingFactor(double across, double rise, double marchAcross) {
-    constexpr double kRise = 4;
+    constexpr double kRise = 3;
     int factor = 1;
     while (factor < 8 && across >= marchAcross * 2 * factor && rise >= kRise * 2 * factor) factor *= 2;
     return factor;

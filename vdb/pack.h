@@ -58,7 +58,7 @@ Packing pack(const TriangleMesh& base, const std::vector<ElementKind>& kinds, co
 /// How many times coarser than the result the grid is that fronts march on: 1, 2, 4 or 8.
 /// @param across voxels of the result across the thinnest element
 /// @param rise voxels of the result from a contact to where growth is fastest, a * size, the least of all elements: on
-/// the coarser grid there are at least four
+/// the coarser grid there are at least three
 int marchingFactor(double across, double rise, double marchAcross = PackOptions().marchAcross);
 
 /// Extent of the elements in voxels, and where they would leave the range that indices and floats can hold.
