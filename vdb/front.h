@@ -43,6 +43,8 @@ class Front {
     void settle();
     /// Gives back claims later than the stop time.
     void release();
+    /// Frees the queue: no more marching after this.
+    void dropQueue() { std::vector<Arrival>().swap(heap_), std::vector<Arrival>().swap(claimed_); }
     /// The next arrival that waits, or infinity.
     double nextArrival() const;
     /// Largest speed on the waiting front.

@@ -33,8 +33,12 @@ class Growth {
     size_t grownVoxels() const;
     /// Front::lookBeyond for all; call before the clock is freed.
     void lookBeyond();
-    /// Frees the shared clock: no more marching after this.
-    void dropClaims() { claims_.clear(); }
+    /// Frees the shared clock and the fronts' queues: no more marching after this.
+    void dropClaims() {
+        claims_.clear();
+        for (const auto& f : fronts_)
+            if (f) f->dropQueue();
+    }
     /// Frees one front.
     void drop(int i) { fronts_[size_t(i)].reset(); }
 
