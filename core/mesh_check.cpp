@@ -41,6 +41,8 @@ void forEachEdgeGroup(const std::vector<Edge>& edges, F f) {
     }
 }
 
+}  // namespace
+
 std::vector<int> triangleComponents(const TriangleMesh& mesh, size_t* count) {
     UnionFind sets(mesh.points.size());
     for (const Triangle& t : mesh.triangles) {
@@ -54,6 +56,8 @@ std::vector<int> triangleComponents(const TriangleMesh& mesh, size_t* count) {
     *count = number.size();
     return component;
 }
+
+namespace {
 
 size_t weld(TriangleMesh& mesh) {
     std::vector<int> order(mesh.points.size());

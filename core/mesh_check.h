@@ -36,4 +36,7 @@ struct RepairOptions {
 /// @throws InputError naming the loops of an open mesh, or the fault
 std::vector<std::string> makeSolid(TriangleMesh& mesh, const std::string& name, const RepairOptions& options = {});
 
+/// Which connected part each triangle belongs to, from 0 on; parts are connected by shared vertices.
+std::vector<int> triangleComponents(const TriangleMesh& mesh, size_t* count);
+
 }  // namespace pavel

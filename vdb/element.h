@@ -63,8 +63,7 @@ class Bisector {
     }
     /// Does depth decide? Then the distances to both placed surfaces, where they are known, tell the same.
     bool byDepth() const { return rule_ == kDepth; }
-    double fromDistances(double own, double other) const { return sign_ > 0 ? weigh(own, other) : -weigh(other, own); }
-    /// That is, own share * own distance - other share * other distance.
+    double fromDistances(double own, double other) const { return shareOfOwn() * own - shareOfOther() * other; }
     double shareOfOwn() const {
         return (sign_ > 0 ? lowStiffness_ : highStiffness_) / (lowStiffness_ + highStiffness_);
     }
@@ -76,7 +75,6 @@ class Bisector {
     enum Rule { kPlane, kWeighted, kDepth };
     double weightedDistance(const Vec3& p) const;
     double depthAt(const Vec3& p) const;
-    double weigh(double low, double high) const;
     Vec3 normal_{0, 0, 0};
     double offset_ = 0, sign_ = 1;
     Rule rule_ = kPlane;

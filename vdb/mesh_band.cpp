@@ -7,9 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <map>
 
-#include "pavel/core/union_find.h"
+#include "pavel/core/mesh_check.h"
 #include "pavel/vdb/measure.h"
 
 namespace pavel {
@@ -64,25 +63,20 @@ bool makeFacets(const TriangleMesh& mesh, std::vector<Facet>& facets) {
     return good;
 }
 
-/// From the nearest point of the facet to p, and the normal that tells p's side (C. Ericson 2005, 5.1.5).
+/// From the nearest point of the facet to p, and the normal that tells p's side: of the face, edge or corner that it is
+/// on.
 Vec3 fromNearest(const Facet& f, const Vec3& p, const Vec3*& normal) {
-    const Vec3 ab = f.b - f.a, ac = f.c - f.a, ap = p - f.a;
-    const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-    if (d1 <= 0 && d2 <= 0) return normal = &f.vertex[0], ap;
-    const Vec3 bp = p - f.b;
-    const double d3 = dot(ab, bp), d4 = dot(ac, bp);
-    if (d3 >= 0 && d4 <= d3) return normal = &f.vertex[1], bp;
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return normal = &f.edge[0], ap - d1 / (d1 - d3) * ab;
-    const Vec3 cp = p - f.c;
-    const double d5 = dot(ab, cp), d6 = dot(ac, cp);
-    if (d6 >= 0 && d5 <= d6) return normal = &f.vertex[2], cp;
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return normal = &f.edge[2], ap - d2 / (d2 - d6) * ac;
-    const double va = d3 * d6 - d5 * d4;
-    if (va <= 0 && d4 >= d3 && d5 >= d6)
-        return normal = &f.edge[1], bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (f.c - f.b);
-    return normal = &f.normal, dot(ap, f.normal) * f.normal;
+    Vec3 weights;
+    const Vec3 nearest = closestPointOnTriangle(p, f.a, f.b, f.c, &weights);
+    const bool onBc = weights[0] == 0, onCa = weights[1] == 0, onAb = weights[2] == 0;
+    normal = onCa && onAb   ? &f.vertex[0]
+             : onAb && onBc ? &f.vertex[1]
+             : onBc && onCa ? &f.vertex[2]
+             : onAb         ? &f.edge[0]
+             : onBc         ? &f.edge[1]
+             : onCa         ? &f.edge[2]
+                            : &f.normal;
+    return p - nearest;
 }
 
 /// A facet in a block. Blocks are numbered so that they sort by x, y, z.
@@ -221,32 +215,27 @@ openvdb::FloatTree::Ptr solidBand(const TriangleMesh& mesh, float halfWidth) {
     return isDistance(*tree) ? tree : nullptr;
 }
 
-/// The parts that no edge connects.
-std::vector<TriangleMesh> piecesOf(const TriangleMesh& mesh) {
-    UnionFind joined(mesh.points.size());
-    for (const Triangle& t : mesh.triangles) joined.join(t[0], t[1]), joined.join(t[0], t[2]);
-    std::map<int, TriangleMesh> pieces;
-    for (const Triangle& t : mesh.triangles) {
-        TriangleMesh& piece = pieces[joined.find(t[0])];
-        piece.triangles.push_back(t);
-    }
-    std::vector<TriangleMesh> out;
-    for (auto& [root, piece] : pieces) {
+/// The parts that nothing connects; none where there are more than `most`.
+std::vector<TriangleMesh> piecesOf(const TriangleMesh& mesh, size_t most) {
+    size_t count = 0;
+    const std::vector<int> component = triangleComponents(mesh, &count);
+    if (count > most) return {};
+    std::vector<TriangleMesh> pieces(count);
+    for (size_t t = 0; t < mesh.triangles.size(); ++t)
+        pieces[size_t(component[t])].triangles.push_back(mesh.triangles[t]);
+    for (TriangleMesh& piece : pieces) {
         piece.points = mesh.points;
-        if (pieces.size() > 1) removeUnusedVertices(piece);
-        out.push_back(std::move(piece));
+        removeUnusedVertices(piece);
     }
-    return out;
+    return pieces;
 }
 
 }  // namespace
 
 openvdb::FloatTree::Ptr meshBand(const TriangleMesh& mesh, float halfWidth) {
     constexpr size_t kMostPieces = 32;
-    const std::vector<TriangleMesh> pieces = piecesOf(mesh);
-    if (pieces.empty() || pieces.size() > kMostPieces) return nullptr;
     openvdb::FloatTree::Ptr all;
-    for (const TriangleMesh& piece : pieces) {
+    for (const TriangleMesh& piece : piecesOf(mesh, kMostPieces)) {
         const openvdb::FloatTree::Ptr band = solidBand(piece, halfWidth);
         if (!band) return nullptr;
         if (all)

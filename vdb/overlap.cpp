@@ -118,13 +118,10 @@ double Bisector::weightedDistance(const Vec3& p) const {
     return (la / lowStiffness_ - lb / highStiffness_) / std::max(length(slope), 1e-9);
 }
 
-double Bisector::weigh(double low, double high) const {
-    return (lowStiffness_ * low - highStiffness_ * high) / (lowStiffness_ + highStiffness_);
-}
-
 double Bisector::depthAt(const Vec3& p) const {
-    return weigh(placedDistance(*lo_->deep, lo_->indexFromElement, p),
-                 placedDistance(*hi_->deep, hi_->indexFromElement, p));
+    return (lowStiffness_ * placedDistance(*lo_->deep, lo_->indexFromElement, p) -
+            highStiffness_ * placedDistance(*hi_->deep, hi_->indexFromElement, p)) /
+           (lowStiffness_ + highStiffness_);
 }
 
 void findNeighbours(std::vector<WorkElement>& elements) {

@@ -79,10 +79,8 @@ PAVEL_WIDE bool takenBy(const OwnField& a, const OwnField& b, const Bisector& g,
         const float front = scaleA > 0 ? raced : alone, outside = scaleB > 0 ? front : -phiB;
         taken[v] = inBoth ? placed : outside;
         const float deeper = phiA < phiB ? phiA : phiB;
-        untold += int(inBoth & (deeper <= -kBand));
+        untold += int(inBoth & (!byDepth | (deeper <= -kBand)));
     }
-    if (byDepth) return untold > 0;
-    for (int v = 0; v < 512; ++v) untold += int((a.phi[v] < 0) & (b.phi[v] < 0));
     return untold > 0;
 }
 

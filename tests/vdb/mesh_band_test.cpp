@@ -37,16 +37,18 @@ TEST(MeshBand, IsTheDistanceToABoxWithItsSide) {
     const Vec3 lo(-20.3, -7.1, 3.4), hi(25.2, 12.6, 30.9);
     const auto tree = meshBand(test::box(lo, hi), 3);
     ASSERT_TRUE(tree);
-    size_t active = 0;
+    size_t least = 0, most = 0;  // rounding decides about some
     for (int x = -26; x <= 31; ++x)
         for (int y = -13; y <= 18; ++y)
             for (int z = -3; z <= 37; ++z) {
                 const double expected = toBox(Vec3(x, y, z), lo, hi);
-                active += std::abs(expected) < 3;
+                least += std::abs(expected) < 3 - 1e-9;
+                most += std::abs(expected) < 3 + 1e-9;
                 ASSERT_NEAR(tree->getValue(Coord(x, y, z)), std::clamp(expected, -3.0, 3.0), 1e-5)
                     << x << " " << y << " " << z;
             }
-    EXPECT_EQ(tree->activeVoxelCount(), active);
+    EXPECT_GE(tree->activeVoxelCount(), least);
+    EXPECT_LE(tree->activeVoxelCount(), most);
 }
 
 TEST(MeshBand, MatchesTheNearestOfAllTriangles) {
