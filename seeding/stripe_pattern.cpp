@@ -31,6 +31,19 @@ Step stepAlong(const DirectionField& field, size_t t, int k, double turned, doub
     return s;
 }
 
+/// Solves L^T x = x for a unit lower triangle. The library adds up each row's terms one after the other, and waits.
+void solveTransposed(const Matrix& l, Eigen::VectorXd& x) {
+    for (Eigen::Index row = l.cols(); row-- > 0;) {
+        double sums[4] = {};
+        int at = l.outerIndexPtr()[row];
+        const int end = l.outerIndexPtr()[row + 1];
+        for (; at + 4 <= end; at += 4)
+            for (int k = 0; k < 4; ++k) sums[k] += l.valuePtr()[at + k] * x[l.innerIndexPtr()[at + k]];
+        for (; at < end; ++at) sums[0] += l.valuePtr()[at] * x[l.innerIndexPtr()[at]];
+        x[row] -= (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    }
+}
+
 }  // namespace
 
 int TrianglePhases::turns() const {
@@ -69,6 +82,7 @@ std::vector<TrianglePhases> StripeSolver::solve(double turned, double spacing) c
     // against the mass keeps the matrix regular, whatever the mesh's scale.
     constexpr double kReach = 0.01;  // 1 / (stripes that a step reaches over), or so
     constexpr int kSteps = 25;
+    constexpr double kStill = 1e-4;
     const double shift = std::pow(kReach * frequency, 2);
     for (Eigen::Index v = 0; v < n; ++v)
         for (int d = 0; d < 2; ++d) entries.emplace_back(2 * v + d, 2 * v + d, shift * mass_[size_t(v)] + 1e-14);
@@ -84,12 +98,16 @@ std::vector<TrianglePhases> StripeSolver::solve(double turned, double spacing) c
         mass(2 * v) = mass(2 * v + 1) = mass_[size_t(v)];
     }
     for (int step = 0; step < kSteps; ++step) {
-        const Eigen::VectorXd weighed = mass.cwiseProduct(x);
-        x = solver.solve(weighed);
+        const Eigen::VectorXd before = x;
+        x = mass.cwiseProduct(x);
+        solver.matrixL().solveInPlace(x);
+        x = x.cwiseQuotient(solver.vectorD());
+        solveTransposed(solver.matrixL().nestedExpression(), x);
         for (Eigen::Index v = 0; v < n; ++v) {
             const double l = std::hypot(x(2 * v), x(2 * v + 1));
             if (l > 0) x.segment<2>(2 * v) /= l;
         }
+        if ((x - before).lpNorm<Eigen::Infinity>() < kStill) break;
     }
     std::vector<double> phase(static_cast<size_t>(n));
     for (Eigen::Index v = 0; v < n; ++v) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "pavel/seeding/kd_tree.h"
@@ -189,6 +190,20 @@ void number(const StripeLines& lines, std::vector<StripeSeed>& seeds) {
         if (lineOf[s] >= 0) seeds[s].index = {first[size_t(lineOf[s])][0], first[size_t(lineOf[s])][1] + place[s]};
 }
 
+/// Looks for the scale of a pattern that makes a ratio 1: the larger the scale, the smaller the ratio, in steps that
+/// nobody knows beforehand.
+class ScaleSearch {
+  public:
+    double next(double scale, double ratio) {
+        (ratio > 1 ? least_ : most_) = scale;
+        const double step = scale * std::sqrt(std::clamp(ratio, 0.25, 4.0)), margin = 0.1 * (most_ - least_);
+        return least_ == 0 || std::isinf(most_) ? step : std::clamp(step, least_ + margin, most_ - margin);
+    }
+
+  private:
+    double least_ = 0, most_ = std::numeric_limits<double>::infinity();  // known to be too small, and too large
+};
+
 }  // namespace
 
 StripeSeeds stripeSeeds(const Surface& surface, const DirectionField& field, const StripeOptions& options,
@@ -197,6 +212,7 @@ StripeSeeds stripeSeeds(const Surface& surface, const DirectionField& field, con
     const double a = degreesToRadians(options.angle);
     StripeSeeds best;
     double scale = 1, bestError = 1e300;
+    ScaleSearch search;
     constexpr int kAttempts = 5;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
         StripeSeeds now;
@@ -219,7 +235,7 @@ StripeSeeds stripeSeeds(const Surface& surface, const DirectionField& field, con
         const double error = std::abs(ratio - 1);
         if (error < bestError) bestError = error, best = std::move(now);
         if (error <= (options.count ? 0.015 : 0.03) || !(ratio > 0)) break;
-        scale *= std::sqrt(std::clamp(ratio, 0.25, 4.0));
+        scale = search.next(scale, ratio);
     }
     orient(best.lines, best.seeds, preferred);
     number(best.lines, best.seeds);
