@@ -311,7 +311,9 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
             t = arrival(other, n, speed, true);
             if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
         }
-        if (t < kNever) push(other, n, std::min(t, wedgeArrival(*other, n)));
+        if (t >= kNever) continue;
+        const bool waits = other->time[n] < kNever;  // its time is no later than its wedge's
+        push(other, n, waits ? t : std::min(t, wedgeArrival(*other, n)));
     }
 }
 
