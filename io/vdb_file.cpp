@@ -127,10 +127,11 @@ std::vector<std::string> writeElementsVdb(const std::string& path, const Packing
     std::vector<std::string> faults;
     openvdb::GridPtrVec grids;
     for (size_t i = 0; i < packing.grids->elements.size(); ++i) {
-        if (!packing.grids->elements[i]) continue;
+        const WorkTree::Ptr tree = packing.grids->elements[i].tree();
+        if (!tree) continue;
         char name[32];
         std::snprintf(name, sizeof name, "element_%05zu", i + 1);
-        auto grid = finished(toFloatGrid(*packing.grids->elements[i]), name, packing, options, faults);
+        auto grid = finished(toFloatGrid(*tree), name, packing, options, faults);
         grid->insertMeta("id", openvdb::Int32Metadata(int(i) + 1));
         grid->insertMeta("kind", openvdb::StringMetadata(kindOfElement[i]));
         grid->insertMeta("volume", openvdb::DoubleMetadata(packing.elements[i].finalVolume));

@@ -90,7 +90,7 @@ TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale, double a
 }
 
 TriangleMesh extractElement(const Packing& packing, int id, double adaptivity) {
-    const WorkTree::Ptr& tree = packing.grids->elements[size_t(id) - 1];
+    const WorkTree::Ptr tree = packing.grids->elements[size_t(id) - 1].tree();
     return tree ? levelSetMesh(*toFloatGrid(*tree), packing.voxelSize, adaptivity) : TriangleMesh{};
 }
 
@@ -100,8 +100,7 @@ TriangleMesh extractBase(const Packing& packing, double adaptivity) {
 
 uint64_t surfaceVoxels(const Packing& packing, int id) {
     if (id == 0) return packing.grids->base->activeVoxelCount();
-    const WorkTree::Ptr& tree = packing.grids->elements[size_t(id) - 1];
-    return tree ? tree->activeVoxelCount() : 0;
+    return packing.grids->elements[size_t(id) - 1].activeVoxels();
 }
 
 LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity) {

@@ -115,8 +115,8 @@ openvdb::FloatTree::Ptr outside(const openvdb::FloatTree& all, const openvdb::Fl
     return out;
 }
 
-void fuse(bool withSolid, bool touching, PackedGrids& grids) {
-    const openvdb::FloatTree::Ptr all = unionOf(grids.elements, touching);
+void fuse(const std::vector<WorkTree::Ptr>& elements, bool withSolid, bool touching, PackedGrids& grids) {
+    const openvdb::FloatTree::Ptr all = unionOf(elements, touching);
     if (withSolid) {
         openvdb::FloatTree solid(*grids.base);
         combine(*all, *grids.base, solid,
@@ -124,6 +124,7 @@ void fuse(bool withSolid, bool touching, PackedGrids& grids) {
         grids.solid = redistanced(solid);
     }
     grids.surface = redistanced(*outside(*all, *grids.base, 0));
+    grids.ids = elementIds(elements);
 }
 
 openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements) {

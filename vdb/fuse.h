@@ -5,9 +5,9 @@
 namespace pavel {
 
 /// Makes grids.surface = max(union of the elements, -base) and, where asked for, grids.solid = min(union, base), both
-/// as clean distances, from the packed elements and the base in `grids`. Creases between elements that touch get a
-/// fillet of a fraction of a voxel; where a gap was left nothing touches, and none is made.
-void fuse(bool withSolid, bool touching, PackedGrids& grids);
+/// as clean distances, from the packed elements and the base in `grids`; and the ids. Creases between elements that
+/// touch get a fillet of a fraction of a voxel; where a gap was left nothing touches, and none is made.
+void fuse(const std::vector<WorkTree::Ptr>& elements, bool withSolid, bool touching, PackedGrids& grids);
 
 /// Union of some elements, raw: right where it changes sign. `touching`: with the fillets.
 openvdb::FloatTree::Ptr unionOf(const std::vector<WorkTree::Ptr>& elements, bool touching);

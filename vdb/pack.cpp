@@ -351,8 +351,9 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
                 const StopShift s = solveShift(region, target, 0.5, 2e-4);
                 const bool mayGrow = f ? !f->exhausted : !std::isinf(coarse[i].stiffness);
                 if (f && (mayGrow || s.missing < 0)) region.advance(s.later);
-                grids.elements[i] = redistanced(region, options.gap > 0 ? kWidestBand : kResultBand);
-                r.finalVolume = settleVolume(*grids.elements[i], target, mayGrow) * h3;
+                const WorkTree::Ptr packed = redistanced(region, options.gap > 0 ? kWidestBand : kResultBand);
+                r.finalVolume = settleVolume(*packed, target, mayGrow) * h3;
+                grids.elements[i] = CompactLevelSet(*packed);
             }
             if (f && f->b > f->firstB) r.widenedB = f->b;
             // Rounding is no lack of room; all that is missing beyond it is said.
@@ -370,9 +371,11 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             for (int j : rivals[i]) release(j);
         });
     }
+    std::vector<WorkTree::Ptr> packed;
+    if (options.gap > 0 || options.surface) packed = takeTrees(grids.elements);
     if (options.gap > 0) {
         const StageTimer timer(context, "growth");
-        const std::vector<double> taken = leaveGap(grids.elements, *grids.base, options.gap / h);
+        const std::vector<double> taken = leaveGap(packed, *grids.base, options.gap / h);
         for (size_t i = 0; i < n; ++i) {
             result.elements[i].targetVolume -= taken[i] * h3;
             result.elements[i].finalVolume -= taken[i] * h3;
@@ -381,12 +384,10 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     if (options.surface || options.solidWithBase) {
         const StageTimer timer(context, "extract");
         if (options.gap == 0) grids.base = voxelizeBase(baseMesh, h, kResultBand)->treePtr();
-        if (options.surface) {
-            fuse(options.solidWithBase, options.gap == 0, grids);
-            grids.ids = elementIds(grids.elements);
-        }
+        if (options.surface) fuse(packed, options.solidWithBase, options.gap == 0, grids);
         if (options.gap > 0) grids.base = redistanced(*grids.base);  // a band of another width
     }
+    if (!packed.empty()) grids.elements = putAway(std::move(packed));
     constexpr double kWorthAWord = 1e-3;
     std::vector<int> swallowed, widened, short_;
     const uint64_t factor3 = uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
@@ -403,8 +404,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     result.counts.baseVoxels = uint64_t(std::llround(meshVolume(baseMesh) / h3));
     result.counts.activeVoxels =
         grids.base->activeVoxelCount() + (grids.surface ? grids.surface->activeVoxelCount() : 0);
-    for (const auto& e : grids.elements)
-        if (e) result.counts.activeVoxels += e->activeVoxelCount();
+    for (const CompactLevelSet& e : grids.elements) result.counts.activeVoxels += e.activeVoxels();
     if (!swallowed.empty()) context.warn("elements swallowed whole by neighbours or the base: " + idList(swallowed));
     if (!widened.empty()) context.warn("elements short of room, grown with a wider b: " + idList(widened));
     if (!short_.empty()) context.warn("elements walled in, part of their volume not recovered: " + idList(short_));

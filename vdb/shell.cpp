@@ -102,7 +102,7 @@ ShellBuilder::ShellBuilder(const Packing& packing, const TriangleMesh& base, con
     grids_ = std::make_unique<Grids>();
     grids_->base = voxelizeBase(base, h_, float(options.clearance / h_ + kBand))->treePtr();
     for (const PlacedElement& p : placed) {
-        const WorkTree::Ptr& tree = packing.grids->elements[size_t(p.id) - 1];
+        const WorkTree::Ptr tree = packing.grids->elements[size_t(p.id) - 1].tree();
         if (!tree) continue;  // swallowed
         grids_->elements.push_back(tree);
         graph_.id.push_back(p.id);

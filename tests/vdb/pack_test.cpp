@@ -17,6 +17,12 @@
 namespace pavel {
 namespace {
 
+std::vector<WorkTree::Ptr> treesOf(const Packing& p) {
+    std::vector<WorkTree::Ptr> trees;
+    for (const CompactLevelSet& e : p.grids->elements) trees.push_back(e.tree());
+    return trees;
+}
+
 struct SmallScene {
     TriangleMesh base = test::sphere(26, {1, 2, 3}, 64);
     std::vector<ElementKind> kinds{2};
@@ -114,6 +120,7 @@ TEST(Pack, NothingMovesBeyondTheReachOfTheGrowth) {
 TEST(Pack, MarchingOnACoarserGridGivesTheSameShapes) {
     const Packing fast = packCap(24), plain = packCap(1e9);
     ASSERT_GE(fast.elements.size(), 6u);
+    const std::vector<WorkTree::Ptr> fastTrees = treesOf(fast), plainTrees = treesOf(plain);
     uint64_t differ = 0;
     double gradient = 0;
     for (size_t i = 0; i < fast.elements.size(); ++i) {
@@ -122,10 +129,10 @@ TEST(Pack, MarchingOnACoarserGridGivesTheSameShapes) {
             EXPECT_NEAR(e.finalVolume / e.targetVolume, 1, 5e-4) << e.id;
             EXPECT_EQ(e.unrecoveredVolume, 0) << e.id;
         }
-        gradient = std::max(gradient, test::gradientError(*fast.grids->elements[i]));
-        const WorkReader a(*fast.grids->elements[i]), b(*plain.grids->elements[i]);
+        gradient = std::max(gradient, test::gradientError(*fastTrees[i]));
+        const WorkReader a(*fastTrees[i]), b(*plainTrees[i]);
         CoordBBox box;
-        fast.grids->elements[i]->evalLeafBoundingBox(box);
+        fastTrees[i]->evalLeafBoundingBox(box);
         for (auto it = box.begin(); it; ++it) differ += (a.getValue(*it) < 0) != (b.getValue(*it) < 0);
     }
     EXPECT_LT(gradient, 0.03);
@@ -133,7 +140,7 @@ TEST(Pack, MarchingOnACoarserGridGivesTheSameShapes) {
     EXPECT_NEAR(double(fast.counts.grownVoxels) / double(plain.counts.grownVoxels), 1, 0.05);
     // No voxel lies inside two.
     std::map<Coord, int> seen;
-    for (const auto& tree : fast.grids->elements)
+    for (const auto& tree : fastTrees)
         for (auto it = tree->cbeginValueOn(); it; ++it)
             if (*it < -0.1) {
                 EXPECT_EQ(seen[it.getCoord()]++, 0);
@@ -142,9 +149,10 @@ TEST(Pack, MarchingOnACoarserGridGivesTheSameShapes) {
 
 TEST(Pack, CoarseGrowthDoesNotDependOnThreads) {
     const Packing one = packCap(24, 1), two = packCap(24, 2);
+    const std::vector<WorkTree::Ptr> first = treesOf(one), second = treesOf(two);
     for (size_t i = 0; i < one.elements.size(); ++i) {
         EXPECT_EQ(one.elements[i].finalVolume, two.elements[i].finalVolume);
-        const WorkTree &a = *one.grids->elements[i], &b = *two.grids->elements[i];
+        const WorkTree &a = *first[i], &b = *second[i];
         ASSERT_TRUE(a.hasSameTopology(b));
         for (auto x = a.cbeginLeaf(), y = b.cbeginLeaf(); x; ++x, ++y)
             ASSERT_TRUE(std::equal(x->buffer().data(), x->buffer().data() + 512, y->buffer().data()));
@@ -162,14 +170,15 @@ TEST(Pack, IdsCountTheVolumes) {
 
 TEST(Pack, NoPointInsideTwoElementsOrTheBase) {
     const Packing& p = packedOnce();
+    const std::vector<WorkTree::Ptr> trees = treesOf(p);
     openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> base(*p.grids->base);
     for (size_t i = 0; i < p.elements.size(); ++i)
-        for (auto it = p.grids->elements[i]->cbeginValueOn(); it; ++it) {
+        for (auto it = trees[i]->cbeginValueOn(); it; ++it) {
             if (*it >= -0.1) continue;
             EXPECT_GT(base.getValue(it.getCoord()), -0.1);
             for (int other : p.elements[i].contacts) {
                 if (other > int(i)) continue;
-                EXPECT_GT(p.grids->elements[size_t(other) - 1]->getValue(it.getCoord()), -0.1);
+                EXPECT_GT(trees[size_t(other) - 1]->getValue(it.getCoord()), -0.1);
             }
         }
 }
@@ -177,7 +186,7 @@ TEST(Pack, NoPointInsideTwoElementsOrTheBase) {
 TEST(Pack, LevelSetsAreDistances) {
     const Packing& p = packedOnce();
     double sum = 0;
-    for (const auto& e : p.grids->elements) sum += test::gradientError(*e);
+    for (const auto& e : treesOf(p)) sum += test::gradientError(*e);
     EXPECT_LT(sum / double(p.elements.size()), 0.03);
     EXPECT_LT(test::gradientError(*p.grids->surface), 0.05);
 }
@@ -223,10 +232,11 @@ TEST(Pack, DoesNotDependOnThreads) {
     const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
     const Packing a = scene.run();
     const Packing& b = packedOnce();
+    const std::vector<WorkTree::Ptr> first = treesOf(a), second = treesOf(b);
     for (size_t i = 0; i < a.elements.size(); ++i) {
         EXPECT_EQ(a.elements[i].finalVolume, b.elements[i].finalVolume);
-        ASSERT_TRUE(a.grids->elements[i]->hasSameTopology(*b.grids->elements[i]));
-        auto x = a.grids->elements[i]->cbeginValueOn(), y = b.grids->elements[i]->cbeginValueOn();
+        ASSERT_TRUE(first[i]->hasSameTopology(*second[i]));
+        auto x = first[i]->cbeginValueOn(), y = second[i]->cbeginValueOn();
         for (; x; ++x, ++y) ASSERT_EQ(*x, *y);
     }
     ASSERT_TRUE(a.grids->surface->hasSameTopology(*b.grids->surface));
@@ -269,6 +279,7 @@ TEST_P(RandomScene, KeepsVolumesApartOnAnyNumberOfThreads) {
         RunContext context;
         runs[threads - 1] = pack(base, kinds, placeElements(seeds, kinds), options, context);
     }
+    const std::vector<WorkTree::Ptr> first = treesOf(runs[0]), second = treesOf(runs[1]);
     std::map<Coord, int> seen;
     size_t twice = 0, inside = 0;
     for (size_t i = 0; i < seeds.size(); ++i) {
@@ -278,7 +289,7 @@ TEST_P(RandomScene, KeepsVolumesApartOnAnyNumberOfThreads) {
         // Nothing invented, nothing lost without a word.
         EXPECT_NEAR((e.finalVolume + e.unrecoveredVolume) / e.targetVolume, 1, 2e-3) << e.id;
         EXPECT_LE(e.finalVolume, e.targetVolume * 1.002) << e.id;
-        const WorkTree::Ptr &a = runs[0].grids->elements[i], &b = runs[1].grids->elements[i];
+        const WorkTree::Ptr &a = first[i], &b = second[i];
         ASSERT_EQ(a == nullptr, b == nullptr);
         if (!a) continue;
         ASSERT_TRUE(a->hasSameTopology(*b));
@@ -303,21 +314,22 @@ TEST(Pack, GapIsLeftEverywhere) {
     options.gap = 1.3;
     const Packing p = pack(scene.base, scene.kinds, scene.placed, options, context);
     const double gap = options.gap / options.voxelSize;  // voxels
+    const std::vector<WorkTree::Ptr> trees = treesOf(p);
     openvdb::tree::ValueAccessor<const openvdb::FloatTree, false> base(*p.grids->base);
     double nearest = 100;
     for (size_t i = 0; i < p.elements.size(); ++i) {
         const ElementResult& e = p.elements[i];
         EXPECT_NEAR((e.finalVolume + e.unrecoveredVolume) / e.targetVolume, 1, 2e-3) << e.id;
         EXPECT_LT(e.targetVolume, 0.99 * e.initialVolume) << e.id;  // the base's gap at least
-        EXPECT_EQ(p.grids->elements[i]->background(), kResultBand);
-        for (auto it = p.grids->elements[i]->cbeginValueOn(); it; ++it) {
+        EXPECT_EQ(trees[i]->background(), kResultBand);
+        for (auto it = trees[i]->cbeginValueOn(); it; ++it) {
             if (std::abs(*it) > 0.5) continue;
             // A surface voxel's way to the surface, and on over the gap.
             const double outside = std::max(*it, 0.f);
             EXPECT_GT(base.getValue(it.getCoord()) + outside, gap - 0.4);
             for (size_t j = 0; j < p.elements.size(); ++j) {
                 if (j == i) continue;
-                const double d = p.grids->elements[j]->getValue(it.getCoord());
+                const double d = trees[j]->getValue(it.getCoord());
                 EXPECT_GT(d + outside, gap - 0.4) << i << " " << j;
                 nearest = std::min(nearest, d + outside);
             }
