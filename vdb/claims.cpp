@@ -28,11 +28,10 @@ std::unique_ptr<ClaimBlock> ClaimMap::make(const Coord& origin) const {
     std::fill(claims, claims + 512, kFree);
     for (int i : index_.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
         const WorkElement& e = elements_[size_t(i)];
-        const WorkLeaf* leaf = e.body->probeConstLeaf(origin);
-        if (!leaf && e.body->getValue(origin) > 0) continue;
-        const float* values = leaf ? leaf->buffer().data() : nullptr;
-        for (int v = 0; v < 512; ++v)
-            if (!values || values[v] < 0) claims[v] = std::min(claims[v], makeClaim(0, e.id));
+        const auto* leaf = e.body->probeConstLeaf(origin);
+        if (!leaf && !e.body->getValue(origin)) continue;
+        for (openvdb::Index v = 0; v < 512; ++v)
+            if (!leaf || leaf->isValueOn(v)) claims[v] = std::min(claims[v], makeClaim(0, e.id));
     }
     if (base_) {
         const auto* leaf = base_->probeConstLeaf(origin);

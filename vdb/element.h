@@ -21,7 +21,7 @@ struct WorkElement {
     double size = 0;                  ///< diagonal of the bounding box in the element's own frame: the unit of a and b
     CoordBBox box;                    ///< of the placed level set, its band included
     WorkTree::Ptr placed;             ///< level set as placed
-    WorkTree::Ptr body;               ///< trimmed: what is left after neighbours and base took their share
+    BodyTree::Ptr body;               ///< voxels left after neighbours and base took their share
     std::vector<int> neighbours;      ///< indices of elements whose boxes meet, ascending
     std::vector<int> contacts;        ///< indices of those that it shares a contact surface with
     std::vector<MaskedBlock> strays;  ///< pieces that the trim cut off, erased from `placed`

@@ -8,9 +8,36 @@
 namespace pavel {
 namespace {
 
-constexpr float kNever = std::numeric_limits<float>::max();
+constexpr float kNever = GrowthBlock::kNever;
 constexpr int kStep[3] = {64, 8, 1};
 constexpr double kTrusted = 2;  // voxels from the rim within which a distance tells no angle
+
+/// The voxels of a leaf that are not in the body, but beside it.
+WorkLeaf::NodeMaskType besideBody(const BodyTree& body, const BodyTree::LeafNodeType& leaf) {
+    // A word is a slab of a leaf: bit y * 8 + z.
+    constexpr uint64_t kFirstZ = 0x0101010101010101, kLastZ = 0x8080808080808080;
+    const auto slab = [](const WorkLeaf::NodeMaskType& m, int x) { return m.getWord<uint64_t>(openvdb::Index(x)); };
+    WorkLeaf::NodeMaskType sides[6];
+    for (int side = 0; side < 6; ++side) {
+        Coord c = leaf.origin();
+        c[side / 2] += side % 2 ? 8 : -8;
+        if (const auto* other = body.probeConstLeaf(c))
+            sides[side] = other->getValueMask();
+        else if (body.getValue(c))
+            sides[side].setOn();
+    }
+    const WorkLeaf::NodeMaskType& in = leaf.getValueMask();
+    WorkLeaf::NodeMaskType beside;
+    for (int x = 0; x < 8; ++x) {
+        const uint64_t own = slab(in, x);
+        const uint64_t around =
+            (x > 0 ? slab(in, x - 1) : slab(sides[0], 7)) | (x < 7 ? slab(in, x + 1) : slab(sides[1], 0)) |  //
+            own << 8 | slab(sides[2], x) >> 56 | own >> 8 | slab(sides[3], x) << 56 | (own << 1 & ~kFirstZ) |
+            (slab(sides[4], x) >> 7 & kFirstZ) | (own >> 1 & ~kLastZ) | (slab(sides[5], x) << 7 & kLastZ);
+        beside.getWord<uint64_t>(openvdb::Index(x)) = around & ~own;
+    }
+    return beside;
+}
 
 }  // namespace
 
@@ -28,18 +55,13 @@ GrowthBlock* Front::make(const Coord& origin) {
     b0.origin = origin;
     b0.number = int(blocks.size()) - 1;
     b0.claims = claims_.block(origin);
-    const WorkLeaf* leaf = element.body->probeConstLeaf(origin);
-    const float *body = leaf ? leaf->buffer().data() : nullptr, tile = leaf ? 0 : element.body->getValue(origin);
+    if (const auto* leaf = element.body->probeConstLeaf(origin))
+        b0.body = leaf->getValueMask();
+    else if (element.body->getValue(origin))
+        b0.body.setOn();
     const WorkLeaf* placed = element.placed->probeConstLeaf(origin);
     b0.placed = placed ? placed->buffer().data() : nullptr;
     b0.placedTile = placed ? 0 : element.placed->getValue(origin);
-    for (int v = 0; v < 512; ++v) {
-        const float phi = body ? body[v] : tile;
-        b0.contact[v] = -1;
-        b0.scale[v] = 0;
-        b0.state[v] = phi < 0 ? kBody : kFar;
-        b0.time[v] = phi < 0 ? phi : kNever;
-    }
     changed_ = true;
     map_[origin] = &b0;
     for (int side = 0; side < 6; ++side) {
@@ -51,6 +73,18 @@ GrowthBlock* Front::make(const Coord& origin) {
         }
     }
     return &b0;
+}
+
+GrowthCell& Front::touch(GrowthBlock& block, int v) {
+    GrowthCell*& cell = block.cells[GrowthBlock::cellOf(v)];
+    if (cell) return *cell;
+    cell = &cells_.emplace_back();
+    for (int i = 0; i < GrowthCell::kCount; ++i) {
+        cell->time[i] = kNever;
+        cell->contact[i] = -1;
+        cell->state[i] = block.untouched(GrowthBlock::voxelOf(GrowthBlock::cellOf(v), i));
+    }
+    return *cell;
 }
 
 GrowthBlock* Front::step(GrowthBlock* block, int v, int side, int& n) {
@@ -71,8 +105,8 @@ GrowthBlock* Front::stepOrMake(GrowthBlock* block, int v, int side, int& n) {
     return make(c);
 }
 
-double Front::speedAt(const GrowthBlock& block, int v) const {
-    return weight * recoveryFunction(block.contact[v] / element.size, a, b);
+double Front::speedAt(double contact) const {
+    return weight * recoveryFunction(contact / element.size, a, b);
 }
 
 double Front::scaleFor(double contact) const {
@@ -81,12 +115,10 @@ double Front::scaleFor(double contact) const {
 }
 
 double Front::speedOf(GrowthBlock* block, int v) {
-    if (block->contact[v] < 0) {
-        block->contact[v] =
-            float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
-        block->scale[v] = float(scaleFor(block->contact[v]));
-    }
-    return speedAt(*block, v);
+    float& contact = touch(*block, v).contact[GrowthBlock::inCell(v)];
+    if (contact < 0)
+        contact = float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
+    return speedAt(contact);
 }
 
 /// Arrival near the contact rim, where the speed changes too fast within a voxel to march: with F = k d the front
@@ -101,12 +133,12 @@ double Front::wedgeArrival(const Vec3& p, double phi, double d, const Vec3& rim,
         phi = sampleAt(*element.placed, rim + (trusted / l) * ray);
         d = trusted;
     }
-    const double speed = weight * recoveryFunction(d / element.size, a, b);
+    const double speed = speedAt(d);
     return speed > 0 ? std::asin(std::clamp(phi / d, 0.0, 1.0)) * d / speed : kNever;
 }
 
 double Front::wedgeArrival(const GrowthBlock& block, int v) const {
-    const double d = block.contact[v];
+    const double d = block.contact(v);
     if (d > wedgeReach() || d <= 0) return kNever;
     const double phi = block.placedAt(v);
     if (phi <= 0 || phi > 3) return kNever;
@@ -123,7 +155,7 @@ double Front::innerScale(GrowthBlock& block, int v) const {
         int n;
         const GrowthBlock* other = step(&block, v, side, n);
         if (!other || !other->hasTime(n)) continue;
-        sum += other->scale[n];
+        sum += scaleAt(*other->cellAt(n), GrowthBlock::inCell(n));
         ++count;
     }
     return count ? sum / count : 0;
@@ -133,31 +165,38 @@ void Front::finish() {
     if (!changed_) return;
     changed_ = false;
     for (GrowthBlock& block : blocks)
-        for (int v = 0; v < 512; ++v)
-            if (block.state[v] == kBody) block.scale[v] = 0;
-    constexpr float kListed = -1;  // no scale, and not to be listed again
+        block.forEachVoxel([](int, GrowthCell& cell, int i) {
+            if (cell.state[i] == kInner) cell.state[i] = kBody, cell.time[i] = kNever, cell.contact[i] = -1;
+        });
+    constexpr float kListed = -2;  // instead of a contact distance, which the body has none of yet
     std::vector<std::pair<GrowthBlock*, int>> layer, first;
     const auto listBeside = [&](GrowthBlock& block, int v) {
         for (int side = 0; side < 6; ++side) {
             int n;
             GrowthBlock* other = step(&block, v, side, n);
-            if (!other || other->state[n] != kBody || other->scale[n] != 0) continue;
-            other->scale[n] = kListed;
+            if (!other || other->state(n) != kBody) continue;
+            float& contact = touch(*other, n).contact[GrowthBlock::inCell(n)];
+            if (contact == kListed) continue;
+            contact = kListed;
             layer.emplace_back(other, n);
         }
     };
     const auto giveTimes = [&] {
         std::vector<float> scales;
         for (const auto& [block, v] : layer) scales.push_back(float(innerScale(*block, v)));
-        for (size_t i = 0; i < layer.size(); ++i) {
-            const auto [block, v] = layer[i];
-            block->scale[v] = scales[i];
-            block->time[v] = std::min(-1e-6f, block->placedAt(v) / scales[i]);
+        for (size_t k = 0; k < layer.size(); ++k) {
+            const auto [block, v] = layer[k];
+            GrowthCell& cell = touch(*block, v);
+            const int i = GrowthBlock::inCell(v);
+            cell.state[i] = kInner;
+            cell.contact[i] = scales[k];
+            cell.time[i] = std::min(-1e-6f, block->placedAt(v) / scales[k]);
         }
     };
     for (GrowthBlock& block : blocks)
-        for (int v = 0; v < 512; ++v)
-            if (block.state[v] != kFar && block.state[v] != kBody && block.hasTime(v)) listBeside(block, v);
+        block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
+            if (cell.state[i] != kFar && cell.state[i] != kBody && cell.time[i] < kNever) listBeside(block, v);
+        });
     giveTimes();
     first.swap(layer);
     for (const auto& [block, v] : first) listBeside(*block, v);
@@ -173,54 +212,56 @@ void Front::lookBeyond() {
         for (int side = 0; side < 6; ++side) {
             int n;
             GrowthBlock* other = stepOrMake(block, v, side, n);
-            if (other->contact[n] >= 0) continue;
-            other->contact[n] = contactAt(*other, n);
+            GrowthCell& cell = touch(*other, n);
+            const int i = GrowthBlock::inCell(n);
+            if (cell.contact[i] >= 0 && cell.state[i] != kInner) continue;
+            if (cell.state[i] != kInner) cell.contact[i] = contactAt(*other, n);
             next.emplace_back(other, n);
         }
     };
     // Elsewhere the speed changes little within two voxels.
     const float slow = float(weight * recoveryFunction(b - 3 / element.size, a, b));
     const size_t made = blocks.size();
-    for (size_t i = 0; i < made; ++i)
-        for (int v = 0; v < 512; ++v) {
-            GrowthBlock& block = blocks[i];
-            if (!block.hasTime(v) || block.scale[v] > slow) continue;
+    for (size_t k = 0; k < made; ++k) {
+        GrowthBlock& block = blocks[k];
+        block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
+            if (!(cell.time[i] < kNever) || float(scaleAt(cell, i)) > slow) return;
             askBeside(&block, v);
-            if (block.state[v] != kBody) continue;
+            if (cell.state[i] != kInner) return;
             // Its neighbours' mean will do for marching; where the speed ends within a voxel it would leave warts.
-            block.contact[v] = contactAt(block, v);
-            const float scale = float(scaleFor(block.contact[v]));
-            if (scale > 0) block.time[v] = std::min(-1e-6f, block.placedAt(v) / scale);
-            block.scale[v] = scale;
-        }
+            cell.contact[i] = contactAt(block, v);
+            cell.state[i] = kBody;
+            const float scale = float(scaleFor(cell.contact[i]));
+            cell.time[i] = scale > 0 ? std::min(-1e-6f, block.placedAt(v) / scale) : kNever;
+        });
+    }
     layer.swap(next);
     for (const auto& [block, v] : layer) askBeside(block, v);
 }
 
 void Front::push(GrowthBlock* block, int v, double time) {
     const float t = std::max(float(time), 1e-6f);  // zero is the bodies' own
-    if (!(t < block->time[v])) return;
+    GrowthCell& cell = touch(*block, v);
+    const int i = GrowthBlock::inCell(v);
+    if (!(t < cell.time[i])) return;
     changed_ = true;
-    block->time[v] = t;
-    block->state[v] = kTrial;
+    cell.time[i] = t;
+    cell.state[i] = kTrial;
     heap_.push_back({t, uint32_t(block->number) * 512 + uint32_t(v)});
     std::push_heap(heap_.begin(), heap_.end());
 }
 
 void Front::start() {
-    HaloBlock halo;
     for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
-        loadHalo(*element.body, *leaf, halo);
         const ClaimBlock* claims = nullptr;
-        for (int v = 0; v < 512; ++v) {
-            const float* at = &halo[size_t(((v >> 6) + 1) * 100 + ((v >> 3 & 7) + 1) * 10 + (v & 7) + 1)];
-            const float phi = *at;
-            if (phi < 0 || phi > 1.8f) continue;
-            const float beside = std::min({at[-100], at[100], at[-10], at[10], at[-1], at[1]});
-            if (!(beside < 0)) continue;
+        const WorkLeaf::NodeMaskType beside = besideBody(*element.body, *leaf);
+        for (auto at = beside.beginOn(); at; ++at) {
+            const int v = int(at.pos());
             if (!claims) claims = claims_.block(leaf->origin());
             if (claims->claims[v].load(std::memory_order_relaxed) != kFree) continue;
             GrowthBlock* block = make(leaf->origin());
+            const float phi = block->placedAt(v);
+            if (phi > 1.8f) continue;
             const double speed = speedOf(block, v);
             if (speed > 0) {
                 const double wedge = wedgeArrival(*block, v);
@@ -241,8 +282,11 @@ double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts) 
             int n;
             const GrowthBlock* other = step(block, v, side, n);
             if (!other) continue;
-            const uint8_t s = other->state[n];
-            if (s == kReal || (withGhosts && s == kGhost)) best = std::min(best, double(other->time[n]));
+            const GrowthCell* cell = other->cellAt(n);
+            if (!cell) continue;
+            const int i = GrowthBlock::inCell(n);
+            const uint8_t s = cell->state[i];
+            if (s == kReal || (withGhosts && s == kGhost)) best = std::min(best, double(cell->time[i]));
         }
         if (best >= kNever) continue;
         int k = count++;  // insertion sort
@@ -277,30 +321,34 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
         int n;
         const GrowthBlock* other = step(block, v, side, n);
         if (!other) continue;
-        besideReal |= other->state[n] == kReal || other->state[n] == kBody;
-        besideGhost |= other->state[n] == kGhost;
+        const VoxelState s = other->state(n);
+        besideReal |= s == kReal || s == kBody || s == kInner;
+        besideGhost |= s == kGhost;
     }
-    const float time = block->time[v];
+    GrowthCell& cell = touch(*block, v);
+    uint8_t& state = cell.state[GrowthBlock::inCell(v)];
+    float& time = cell.time[GrowthBlock::inCell(v)];
     if (!heldByOther(block, v, time, stopTimes)) {
         if (!besideReal) {  // only a way through foreign ground leads here
-            block->state[v] = kFar;
-            block->time[v] = kNever;
+            state = kFar;
+            time = kNever;
             return;
         }
-        block->state[v] = kReal;
+        state = kReal;
         if (claiming) claimed_.push_back({time, uint32_t(block->number) * 512 + uint32_t(v)});
     } else {
-        block->state[v] = besideReal ? kGhost : kDeepGhost;
+        state = besideReal ? kGhost : kDeepGhost;
         if (!besideReal && !besideGhost) {
-            block->state[v] = kFar;
-            block->time[v] = kNever;
+            state = kFar;
+            time = kNever;
         }
-        if (block->state[v] != kGhost) return;
+        if (state != kGhost) return;
     }
     for (int side = 0; side < 6; ++side) {
         int n;
         GrowthBlock* other = stepOrMake(block, v, side, n);
-        if (other->state[n] != kFar && other->state[n] != kTrial) continue;
+        const VoxelState s = other->state(n);
+        if (s != kFar && s != kTrial) continue;
         const double speed = speedOf(other, n);
         if (speed <= 0) {
             dormant_ = true;
@@ -312,7 +360,7 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
             if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
         }
         if (t >= kNever) continue;
-        const bool waits = other->time[n] < kNever;  // its time is no later than its wedge's
+        const bool waits = other->hasTime(n);  // its time is no later than its wedge's
         push(other, n, waits ? t : std::min(t, wedgeArrival(*other, n)));
     }
 }
@@ -325,7 +373,7 @@ void Front::march(double until, const std::vector<float>& stopTimes, bool claimi
         heap_.pop_back();
         GrowthBlock* block = &blocks[next.voxel / 512];
         const int v = int(next.voxel % 512);
-        if (block->state[v] != kTrial || block->time[v] != next.time) continue;
+        if (block->state(v) != kTrial || block->time(v) != next.time) continue;
         accept(block, v, stopTimes, claiming);
         if (claiming) lastArrival = next.time;
         speedKnown_ = false;
@@ -351,7 +399,7 @@ void Front::settle() {
         if (block.claims->claims[v].load(std::memory_order_relaxed) == makeClaim(c.time, element.id))
             claimed_[kept++] = c;
         else
-            block.state[v] = kGhost;
+            touch(block, v).state[GrowthBlock::inCell(v)] = kGhost;
     }
     claimed_.resize(kept);
     won = kept;
@@ -382,8 +430,8 @@ double Front::frontSpeed() {
     double most = 0;
     for (const Arrival& h : heap_) {
         const GrowthBlock& block = blocks[h.voxel / 512];
-        if (block.state[h.voxel % 512] == kTrial && block.time[h.voxel % 512] == h.time)
-            most = std::max(most, speedAt(block, int(h.voxel % 512)));
+        const int v = int(h.voxel % 512);
+        if (block.state(v) == kTrial && block.time(v) == h.time) most = std::max(most, speedAt(block.contact(v)));
     }
     speedKnown_ = true;
     return speed_ = most;
@@ -395,15 +443,14 @@ bool Front::widen() {
     b *= kStepFactor;
     changed_ = true;
     for (GrowthBlock& block : blocks)
-        for (int v = 0; v < 512; ++v) {
-            if (block.state[v] == kBody) continue;
+        block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
+            if (cell.state[i] == kBody) return;
             std::atomic<Claim>& slot = block.claims->claims[v];
             if (claimOwner(slot.load(std::memory_order_relaxed)) == element.id)
                 slot.store(kFree, std::memory_order_relaxed);
-            block.state[v] = kFar;
-            block.time[v] = kNever;
-            if (block.contact[v] >= 0) block.scale[v] = float(scaleFor(block.contact[v]));
-        }
+            cell.state[i] = kFar;
+            cell.time[i] = kNever;
+        });
     heap_.clear();
     speedKnown_ = false;
     dormant_ = false;

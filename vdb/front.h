@@ -11,9 +11,20 @@ namespace pavel {
 
 /// State of a voxel for one front. Ghosts are voxels that another front or body holds: the front marches two layers
 /// into them, so that the face between the two is known at sub-voxel precision, but grows no further from there.
-enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody };
+/// Inner voxels belong to the body, too: the front's way runs on into them, backwards.
+enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody, kInner };
 
+/// 4^3 voxels that the front touched.
+struct GrowthCell {
+    static constexpr int kCount = 64;
+    float time[kCount];     ///< arrival time, negative in the body; the largest float where there is none
+    float contact[kCount];  ///< distance to the contact rims, -1 where not asked for yet; of inner voxels: their scale
+    uint8_t state[kCount];
+};
+
+/// A leaf-sized block of cells.
 struct GrowthBlock {
+    static constexpr float kNever = std::numeric_limits<float>::max();
     Coord origin;
     ClaimBlock* claims = nullptr;
     const float* placed = nullptr;  ///< the placed shape's values here, or null where placedTile stands for all
@@ -21,11 +32,37 @@ struct GrowthBlock {
     float placedAt(int v) const { return placed ? placed[v] : placedTile; }
     GrowthBlock* next[6] = {};  ///< -x +x -y +y -z +z, null until made
     int number = 0;
-    float time[512];     ///< arrival time; in body voxels, once extended: the front's way run backwards, negative
-    float contact[512];  ///< distance to the contact rims, -1 where not asked for yet
-    float scale[512];    ///< turns times into distances: Front::scaleFor; 0 where the front does not go
-    uint8_t state[512];
-    bool hasTime(int v) const { return scale[v] > 0 && time[v] < std::numeric_limits<float>::max(); }
+    WorkLeaf::NodeMaskType body;
+    GrowthCell* cells[8] = {};  ///< null until the front touches one
+
+    static int cellOf(int v) { return (v >> 8 & 1) << 2 | (v >> 5 & 1) << 1 | (v >> 2 & 1); }
+    static int inCell(int v) { return (v >> 6 & 3) << 4 | (v >> 3 & 3) << 2 | (v & 3); }
+    static int voxelOf(int cell, int i) {
+        return ((cell >> 2) * 4 + (i >> 4)) << 6 | ((cell >> 1 & 1) * 4 + (i >> 2 & 3)) << 3 |
+               ((cell & 1) * 4 + (i & 3));
+    }
+    const GrowthCell* cellAt(int v) const { return cells[cellOf(v)]; }
+    VoxelState untouched(int v) const { return body.isOn(openvdb::Index(v)) ? kBody : kFar; }
+    VoxelState state(int v) const {
+        const GrowthCell* c = cellAt(v);
+        return c ? VoxelState(c->state[inCell(v)]) : untouched(v);
+    }
+    float time(int v) const {
+        const GrowthCell* c = cellAt(v);
+        return c ? c->time[inCell(v)] : kNever;
+    }
+    float contact(int v) const {
+        const GrowthCell* c = cellAt(v);
+        return c ? c->contact[inCell(v)] : -1;
+    }
+    bool hasTime(int v) const { return time(v) < kNever; }
+    /// Calls f(v, cell, index in the cell) for all voxels of cells that are there.
+    template <class F>
+    void forEachVoxel(F f) const {
+        for (int c = 0; c < 8; ++c)
+            if (GrowthCell* cell = cells[c])
+                for (int i = 0; i < GrowthCell::kCount; ++i) f(voxelOf(c, i), *cell, i);
+    }
 };
 
 class Front {
@@ -64,10 +101,14 @@ class Front {
     /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
     /// away from the rim. `trusted`: how near to the rim phi still tells the angle.
     double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim, double trusted) const;
-    double speedAt(const GrowthBlock& block, int v) const;
+    double speedAt(double contact) const;
     /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the
     /// zero set of a product with it would be pitted.
     double scaleFor(double contact) const;
+    /// Turns times into distances; 0 where the front does not go.
+    double scaleAt(const GrowthCell& cell, int i) const {
+        return cell.state[i] == kInner ? double(cell.contact[i]) : cell.contact[i] >= 0 ? scaleFor(cell.contact[i]) : 0;
+    }
     GrowthBlock* probe(const Coord& origin) const;
     /// Neighbouring voxel: its block (null where there is none) and index.
     static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n);
@@ -96,12 +137,14 @@ class Front {
     double wedgeArrival(const GrowthBlock& block, int v) const;
     double wedgeReach() const { return std::min(4.0, 0.7 * a * element.size); }
     double innerScale(GrowthBlock& block, int v) const;
+    GrowthCell& touch(GrowthBlock& block, int v);
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
     void push(GrowthBlock* block, int v, double time);
 
     ClaimMap& claims_;
     std::unordered_map<Coord, GrowthBlock*, CoordHash> map_;
+    std::deque<GrowthCell> cells_;
     std::vector<Arrival> heap_;
     double speed_ = 0;  // of the waiting front, where it is known
     bool speedKnown_ = false;

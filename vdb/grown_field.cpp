@@ -62,15 +62,21 @@ class Nodes {
                         const int v = (x - at[0]) * 64 + (y - at[1]) * 8 + z - at[2];
                         const int node = index(x - lo[0], y - lo[1], z - lo[2]);
                         const float p = leaf ? leaf->buffer().data()[v] : tile;
-                        const bool timed = grown && grown->hasTime(v), asked = grown && grown->contact[v] >= 0;
-                        phi_[node] = p;
-                        scale_[node] = timed ? grown->scale[v] : 0;
-                        speed_[node] = asked && !timed ? float(front.scaleFor(grown->contact[v])) : -1;
-                        way_[node] = timed ? grown->scale[v] * (grown->time[v] - front.stopTime) : p;
-                        timed_[node] = timed;
-                        nearRim_[node] = asked && grown->contact[v] < 3;
+                        phi_[node] = way_[node] = p;
+                        scale_[node] = 0, speed_[node] = -1;
+                        timed_[node] = nearRim_[node] = false;
+                        if (const GrowthCell* cell = grown ? grown->cellAt(v) : nullptr) {
+                            const int i = GrowthBlock::inCell(v);
+                            const bool timed = cell->time[i] < GrowthBlock::kNever,
+                                       asked = cell->contact[i] >= 0 && cell->state[i] != kInner;
+                            const float scale = float(front.scaleAt(*cell, i));
+                            if (timed) scale_[node] = scale, way_[node] = scale * (cell->time[i] - front.stopTime);
+                            if (asked && !timed) speed_[node] = scale;
+                            timed_[node] = timed;
+                            nearRim_[node] = asked && cell->contact[i] < 3;
+                        }
                         least_ = std::min(least_, way_[node]);
-                        any_ |= timed;
+                        any_ |= timed_[node];
                     }
         });
     }

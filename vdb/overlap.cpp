@@ -20,8 +20,7 @@ void fillBlock(WorkTree& tree, const Coord& origin, float value) {
     tree.addTile(1, origin, value, false);
 }
 
-void trimByNeighbour(WorkElement& element, const WorkElement& other) {
-    WorkTree& body = *element.body;
+void trimByNeighbour(const WorkElement& element, const WorkElement& other, WorkTree& body) {
     const WorkTree& cutter = *other.placed;
     const Bisector g(element, other);
     CoordBBox shared = element.box;
@@ -54,10 +53,9 @@ void trimByNeighbour(WorkElement& element, const WorkElement& other) {
     });
 }
 
-void trimByBase(WorkElement& element, const openvdb::FloatTree& base) {
-    WorkTree& body = *element.body;
+void trimByBase(const CoordBBox& box, const openvdb::FloatTree& base, WorkTree& body) {
     const BaseReader reader(base);
-    forEachBlock(element.box, [&](const Coord& origin) {
+    forEachBlock(box, [&](const Coord& origin) {
         WorkLeaf* leaf = body.probeLeaf(origin);
         if (!leaf && body.getValue(origin) > 0) return;
         const auto* solid = reader.probeConstLeaf(origin);
@@ -133,34 +131,54 @@ void findNeighbours(std::vector<WorkElement>& elements) {
     }
 }
 
-void trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
-                 bool recoverBaseLoss) {
-    element.body = std::make_shared<WorkTree>(*element.placed);
+WorkTree::Ptr trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
+                          bool recoverBaseLoss) {
+    auto body = std::make_shared<WorkTree>(*element.placed);
     element.targetVolume = element.placedVolume;
     if (base && (!recoverBaseLoss || std::isinf(element.stiffness))) {
-        trimByBase(element, *base);
-        element.targetVolume = measureInside(*element.body).volume;
+        trimByBase(element.box, *base, *body);
+        element.targetVolume = measureInside(*body).volume;
     }
-    for (int n : element.neighbours) trimByNeighbour(element, all[size_t(n)]);
-    if (base) trimByBase(element, *base);
-    tidy(*element.body);
-    const InsideMeasure m = measureInside(*element.body);
+    for (int n : element.neighbours) trimByNeighbour(element, all[size_t(n)], *body);
+    if (base) trimByBase(element.box, *base, *body);
+    tidy(*body);
+    const InsideMeasure m = measureInside(*body);
     element.bodyVolume = m.volume;
     element.bodyVoxels = m.voxels;
+    element.body = insideOf(*body);
+    return body;
 }
 
-std::vector<MaskedBlock> findStrays(const WorkTree& tree) {
+BodyTree::Ptr insideOf(const WorkTree& tree) {
+    auto inside = std::make_shared<BodyTree>(false);
+    auto tile = tree.cbeginValueAll();
+    tile.setMaxDepth(WorkTree::ValueAllCIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile)
+        if (*tile < 0) inside->addTile(tile.getLevel(), tile.getBoundingBox().min(), true, true);
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+        auto* out = inside->touchLeaf(leaf->origin());
+        const float* values = leaf->buffer().data();
+        for (openvdb::Index v = 0; v < 512; ++v) out->setActiveState(v, values[v] < 0);
+    }
+    return inside;
+}
+
+std::vector<MaskedBlock> findStrays(const BodyTree& body) {
     std::vector<MaskedBlock> blocks;
     CoordBBox box;
-    tree.evalLeafBoundingBox(box);
+    body.evalLeafBoundingBox(box);
     if (box.empty()) return {};
     BlockMask full;
     full.fill(0xff);
     forEachBlock(box, [&](const Coord& origin) {
-        if (const WorkLeaf* leaf = tree.probeConstLeaf(origin))
-            blocks.push_back({origin, negativeMask(leaf->buffer().data())});
-        else if (tree.getValue(origin) < 0)
+        if (const auto* leaf = body.probeConstLeaf(origin)) {
+            BlockMask mask;
+            for (size_t row = 0; row < 64; ++row)
+                mask[row] = leaf->getValueMask().template getWord<uint8_t>(openvdb::Index(row));
+            blocks.push_back({origin, mask});
+        } else if (body.getValue(origin)) {
             blocks.push_back({origin, full});
+        }
     });
     return straysOf(blocks);
 }

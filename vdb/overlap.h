@@ -12,12 +12,14 @@ namespace pavel {
 void findNeighbours(std::vector<WorkElement>& elements);
 
 /// Makes the body of one element from the placed level sets of its neighbours and the base (voxels, may be null).
-/// Reads the other elements' `placed` only: safe to run in parallel.
-void trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
-                 bool recoverBaseLoss = true);
+/// Reads the other elements' `placed` only: safe to run in parallel. Returns phi'.
+WorkTree::Ptr trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
+                          bool recoverBaseLoss = true);
 
-/// The pieces of {phi < 0} besides the largest.
-std::vector<MaskedBlock> findStrays(const WorkTree& tree);
+/// Where a level set is negative: a leaf for each of its leaves.
+BodyTree::Ptr insideOf(const WorkTree& tree);
+/// The pieces besides the largest.
+std::vector<MaskedBlock> findStrays(const BodyTree& body);
 /// Turns voxels inside out: they become outside, without tearing the values beside them.
 void erase(WorkTree& tree, const std::vector<MaskedBlock>& voxels);
 

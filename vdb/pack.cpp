@@ -164,7 +164,7 @@ void eraseStrays(WorkTree& fine, const WorkElement& coarse, int factor) {
                         node[k] = down + (corner >> k & 1 && down * factor != c[k]);
                     }
                     near |= isStray(node);
-                    main |= coarse.body->getValue(node) < 0;
+                    main |= coarse.body->isValueOn(node);
                 }
                 if (!near || main) continue;
                 m.mask[size_t(v >> 3)] = uint8_t(m.mask[size_t(v >> 3)] | 1 << (v & 7));

@@ -124,10 +124,13 @@ bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
     } else if (const Front* front = fronts_[size_t(i)].get()) {
         if (const GrowthBlock* block = front->probe(origin)) {
             GrownBlock& made = field.made;
-            for (int v = 0; v < 512; ++v) {
-                made.scale[v] = block->hasTime(v) ? block->scale[v] : 0;
-                made.way[v] = made.scale[v] > 0 ? made.scale[v] * (block->time[v] - front->stopTime) : field.phi[v];
-            }
+            std::copy(field.phi, field.phi + 512, made.way);
+            std::fill(made.scale, made.scale + 512, 0.f);
+            block->forEachVoxel([&](int v, const GrowthCell& cell, int k) {
+                if (!(cell.time[k] < GrowthBlock::kNever)) return;
+                made.scale[v] = float(front->scaleAt(cell, k));
+                made.way[v] = made.scale[v] * (cell.time[k] - front->stopTime);
+            });
             field.way = made.way;
             field.scale = made.scale;
             return true;
@@ -197,13 +200,13 @@ void RegionBuilder::addBlock(int i, const std::vector<int>& rivals, const Coord&
 
 Region RegionBuilder::build(int i) const {
     Region region(reach_[size_t(i)]);
-    const WorkTree& body = *elements_[size_t(i)].body;
+    const BodyTree& body = *elements_[size_t(i)].body;
     const Front* front = fronts_[size_t(i)].get();
     const std::vector<int> rivals = rivalsOf(i);
     forEachBlock(reach_[size_t(i)], [&](const Coord& origin) {
         if (body.probeConstLeaf(origin) || (front && front->probe(origin)))
             addBlock(i, rivals, origin, region);
-        else if (body.getValue(origin) < 0)
+        else if (body.getValue(origin))
             region.fill(origin);
     });
     region.dropStrays();

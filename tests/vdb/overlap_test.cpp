@@ -19,7 +19,8 @@ TEST(Trim, EqualSpheresLoseTheirCapsAndMeetInTheBisector) {
         EXPECT_TRUE(w.strays.empty());
     }
     // On the bisector both bodies are at zero; bodies are disjoint.
-    const WorkReader a(*e[0].body), b(*e[1].body);
+    const WorkTree::Ptr first = trimElement(e[0], e, nullptr), second = trimElement(e[1], e, nullptr);
+    const WorkReader a(*first), b(*second);
     const Vec3 middle = 0.5 * (e[0].centre + e[1].centre), n = normalized(e[1].centre - e[0].centre),
                u = anyPerpendicular(n), v = cross(n, u);
     for (double s = -10; s <= 10; s += 2.5)
@@ -28,7 +29,7 @@ TEST(Trim, EqualSpheresLoseTheirCapsAndMeetInTheBisector) {
             EXPECT_NEAR(sampleAt(a, p), 0, 1e-3);
             EXPECT_NEAR(sampleAt(b, p), 0, 1e-3);
         }
-    for (auto it = e[0].body->cbeginValueAll(); it; ++it) {
+    for (auto it = first->cbeginValueAll(); it; ++it) {
         if (!it.isVoxelValue() || *it >= 0) continue;
         EXPECT_GE(b.getValue(it.getCoord()), 0);
     }
@@ -55,7 +56,8 @@ TEST(Trim, AgreesWithTheVdbBooleanOperation) {
     }
     openvdb::tools::csgIntersection(*cutter, *half);
     openvdb::tools::csgDifference(*own, *cutter);
-    const WorkReader body(*e[0].body);
+    const WorkTree::Ptr trimmed = trimElement(e[0], e, nullptr);
+    const WorkReader body(*trimmed);
     size_t compared = 0;
     for (auto it = own->cbeginValueOn(); it; ++it) {
         if (!it.isVoxelValue() || std::abs(*it) > 1.5) continue;
@@ -99,7 +101,8 @@ TEST(Trim, StifferSphereKeepsMoreAndNothingIsLostBetweenThem) {
     EXPECT_NEAR((e[0].lost() + e[1].lost()) / lens, 1, 0.01);
     EXPECT_LT(e[0].lost(), 0.7 * e[1].lost());
     // The face is a sphere of Apollonius: |x - c0| / 1.5 = |x - c1|.
-    const WorkReader a(*e[0].body), b(*e[1].body);
+    const WorkTree::Ptr first = trimElement(e[0], e, nullptr), second = trimElement(e[1], e, nullptr);
+    const WorkReader a(*first), b(*second);
     const double x = d * 1.5 / 2.5;
     EXPECT_NEAR(sampleAt(a, {x, 0, 0}), 0, 0.02);
     EXPECT_NEAR(sampleAt(b, {x, 0, 0}), 0, 0.02);
@@ -214,7 +217,7 @@ TEST(Islands, TheLargestPieceStays) {
     };
     fill({Coord(0, 0, 0), Coord(20, 6, 6)});
     fill({Coord(30, 0, 0), Coord(32, 2, 2)});
-    const auto strays = findStrays(tree);
+    const auto strays = findStrays(*insideOf(tree));
     size_t voxels = 0;
     for (const MaskedBlock& m : strays)
         for (int v = 0; v < 512; ++v) voxels += testMask(m.mask, v);
@@ -222,13 +225,13 @@ TEST(Islands, TheLargestPieceStays) {
     erase(tree, strays);
     EXPECT_LT(tree.getValue(Coord(20, 6, 6)), 0);
     EXPECT_GT(tree.getValue(Coord(31, 1, 1)), 0);
-    EXPECT_TRUE(findStrays(tree).empty());
+    EXPECT_TRUE(findStrays(*insideOf(tree)).empty());
 }
 
 TEST(Islands, PiecesJoinedAcrossBlocksAreOne) {
     WorkTree tree(kBand);
     for (int x = -20; x < 40; ++x) tree.setValue(Coord(x, 7, 8), -1);
-    EXPECT_TRUE(findStrays(tree).empty());
+    EXPECT_TRUE(findStrays(*insideOf(tree)).empty());
 }
 
 }  // namespace
