@@ -3,7 +3,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <numeric>
 
+#include "pavel/vdb/measure.h"
 #include "pavel/vdb/packed_blocks.h"
 #include "pavel/vdb/redistance.h"
 
@@ -115,15 +117,58 @@ openvdb::FloatTree::Ptr outside(const openvdb::FloatTree& all, const openvdb::Fl
     return out;
 }
 
-void fuse(const std::vector<WorkTree::Ptr>& elements, bool withSolid, bool touching, PackedGrids& grids) {
+namespace {
+
+/// Moves the surface of a clean level set by a fraction of a voxel until its volume is the target. share(union, base):
+/// how much of the move a voxel joins in, 0 to 1.
+template <class Share>
+void settleVolume(openvdb::FloatTree& tree, double target, const openvdb::FloatTree& all,
+                  const openvdb::FloatTree& base, Share share) {
+    constexpr double kClose = 1e-4, kMost = 0.25;
+    constexpr int kSteps = 2;
+    std::vector<WorkLeaf*> leaves;
+    tree.getNodes(leaves);
+    // Calls f(leaf number, value, share) for active voxels.
+    const auto eachVoxel = [&](const auto& f) {
+        tbb::parallel_for(size_t(0), leaves.size(), [&](size_t k) {
+            const BaseReader above(all), below(base);
+            float u[512], b[512];
+            readBlock(above, leaves[k]->origin(), u);
+            readBlock(below, leaves[k]->origin(), b);
+            float* values = leaves[k]->buffer().data();
+            for (auto it = leaves[k]->beginValueOn(); it; ++it) f(k, values[it.pos()], share(u[it.pos()], b[it.pos()]));
+        });
+    };
+    const float band = tree.background();
+    for (int step = 0; step < kSteps; ++step) {
+        const double excess = measureInside(tree).volume - target;
+        if (std::abs(excess) <= kClose * target) return;
+        std::vector<double> areas(leaves.size(), 0);
+        eachVoxel([&](size_t k, float value, float part) { areas[k] += std::abs(value) < 0.5f ? double(part) : 0; });
+        const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
+        const auto by = float(std::clamp(excess / std::max(area, 1.0), -kMost, kMost));
+        eachVoxel([&](size_t, float& value, float part) { value = std::clamp(value + part * by, -band, band); });
+    }
+}
+
+}  // namespace
+
+void fuse(const std::vector<WorkTree::Ptr>& elements, double volume, bool withSolid, bool touching,
+          PackedGrids& grids) {
     const openvdb::FloatTree::Ptr all = unionOf(elements, touching);
+    const auto within = [](float ahead) { return std::clamp(ahead + 0.5f, 0.f, 1.f); };  // not a step at the seam
     if (withSolid) {
         openvdb::FloatTree solid(*grids.base);
         combine(*all, *grids.base, solid,
                 [touching](float u, float b) { return touching ? blendedMin(u, b) : std::min(u, b); });
         grids.solid = redistanced(solid);
+        if (touching)
+            settleVolume(*grids.solid, volume + measureInside(*grids.base).volume, *all, *grids.base,
+                         [&](float u, float b) { return within(b - u); });
     }
     grids.surface = redistanced(*outside(*all, *grids.base, 0));
+    if (touching)
+        settleVolume(*grids.surface, volume, *all, *grids.base, [&](float u, float b) { return within(u + b); });
     grids.ids = elementIds(elements);
 }
 

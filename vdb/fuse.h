@@ -6,8 +6,10 @@ namespace pavel {
 
 /// Makes grids.surface = max(union of the elements, -base) and, where asked for, grids.solid = min(union, base), both
 /// as clean distances, from the packed elements and the base in `grids`; and the ids. Creases between elements that
-/// touch get a fillet of a fraction of a voxel; where a gap was left nothing touches, and none is made.
-void fuse(const std::vector<WorkTree::Ptr>& elements, bool withSolid, bool touching, PackedGrids& grids);
+/// touch get a fillet of a fraction of a voxel, whose volume is taken back evenly from the decoration's surface; where
+/// a gap was left nothing touches, and none is made.
+/// @param volume of all elements, in voxels
+void fuse(const std::vector<WorkTree::Ptr>& elements, double volume, bool withSolid, bool touching, PackedGrids& grids);
 
 /// Union of some elements, raw: right where it changes sign. `touching`: with the fillets.
 openvdb::FloatTree::Ptr unionOf(const std::vector<WorkTree::Ptr>& elements, bool touching);

@@ -1,5 +1,7 @@
 #include "pavel/vdb/measure.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 
 namespace pavel {
@@ -50,6 +52,18 @@ PAVEL_WIDE InsideMeasure measureBlock(const HaloBlock& f) {
     return m;
 }
 
+namespace {
+
+template <class Tree>
+void addTiles(const Tree& tree, InsideMeasure& m) {
+    auto tile = tree.cbeginValueAll();
+    tile.setMaxDepth(Tree::ValueAllCIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile)
+        if (*tile < 0) m.voxels += tile.getVoxelCount(), m.volume += double(tile.getVoxelCount());
+}
+
+}  // namespace
+
 InsideMeasure measureInside(const WorkTree& tree) {
     InsideMeasure m;
     HaloBlock halo;
@@ -57,10 +71,26 @@ InsideMeasure measureInside(const WorkTree& tree) {
         loadHalo(tree, *leaf, halo);
         m.add(measureBlock(halo));
     }
-    auto tile = tree.cbeginValueAll();
-    tile.setMaxDepth(WorkTree::ValueAllCIter::LEAF_DEPTH - 1);
-    for (; tile; ++tile)
-        if (*tile < 0) m.voxels += tile.getVoxelCount(), m.volume += double(tile.getVoxelCount());
+    addTiles(tree, m);
+    return m;
+}
+
+InsideMeasure measureInside(const openvdb::FloatTree& tree) {
+    constexpr size_t kChunk = 256;
+    std::vector<const WorkLeaf*> leaves;
+    tree.getNodes(leaves);
+    std::vector<InsideMeasure> parts((leaves.size() + kChunk - 1) / kChunk);
+    tbb::parallel_for(size_t(0), parts.size(), [&](size_t part) {
+        const BaseReader reader(tree);
+        HaloBlock halo;
+        for (size_t k = part * kChunk; k < std::min(leaves.size(), (part + 1) * kChunk); ++k) {
+            loadHalo(reader, *leaves[k], halo);
+            parts[part].add(measureBlock(halo));
+        }
+    });
+    InsideMeasure m;
+    for (const InsideMeasure& part : parts) m.add(part);
+    addTiles(tree, m);
     return m;
 }
 

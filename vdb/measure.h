@@ -60,5 +60,7 @@ void loadHalo(const Tree& tree, const WorkLeaf& leaf, HaloBlock& out) {
 }
 
 InsideMeasure measureInside(const WorkTree& tree);
+/// The same in parallel, for a large tree; equal on any number of threads.
+InsideMeasure measureInside(const openvdb::FloatTree& tree);
 
 }  // namespace pavel

@@ -384,7 +384,11 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     if (options.surface || options.solidWithBase) {
         const StageTimer timer(context, "extract");
         if (options.gap == 0) grids.base = voxelizeBase(baseMesh, h, kResultBand)->treePtr();
-        if (options.surface) fuse(packed, options.solidWithBase, options.gap == 0, grids);
+        if (options.surface) {
+            double volume = 0;
+            for (const ElementResult& e : result.elements) volume += e.finalVolume / h3;
+            fuse(packed, volume, options.solidWithBase, options.gap == 0, grids);
+        }
         if (options.gap > 0) grids.base = redistanced(*grids.base);  // a band of another width
     }
     if (!packed.empty()) grids.elements = putAway(std::move(packed));
