@@ -75,7 +75,12 @@ PAVEL_WIDE bool takenBy(const OwnField& a, const OwnField& b, const Bisector& g,
         const float sum = scaleA + scaleB, product = scaleA * scaleB;
         const float earlier = (wayA * scaleB - wayB * scaleA + later * product) / (sum > 0 ? sum : 1);
         const float ahead = -(phiB < wayB ? phiB : wayB), sooner = ahead < earlier ? ahead : earlier;
-        const float raced = inA ? earlier : sooner, alone = inA ? -kBand : ahead;
+        // Near the rims interpolated times are rough: no front may take what only the other was placed on.
+        const float inOwn = earlier < bisector ? earlier : bisector, inOther = sooner > bisector ? sooner : bisector,
+                    raced = inA        ? inOwn
+                            : phiB < 0 ? inOther
+                                       : sooner,
+                    alone = inA ? -kBand : ahead;
         const float front = scaleA > 0 ? raced : alone, outside = scaleB > 0 ? front : -phiB;
         taken[v] = inBoth ? placed : outside;
         const float deeper = phiA < phiB ? phiA : phiB;

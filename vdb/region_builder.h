@@ -20,7 +20,7 @@ struct OwnField {
 ///   max( min(phi_i, T_i - T_i*), -phi_B, taken_j )
 ///   taken_j = min(-phi_j, g_ij)                 where both were placed
 ///           = min(T_j* - T_j, T_i - T_j)        elsewhere
-/// each term divided by the length of its gradient.
+/// each term divided by the length of its gradient. What lies in the placed shape of one alone is never the other's.
 class RegionBuilder {
   public:
     /// The arguments must outlive the builder. `elements` and `fronts` (null where one does not grow) are coarse,
