@@ -31,7 +31,8 @@ Step stepAlong(const DirectionField& field, size_t t, int k, double turned, doub
     return s;
 }
 
-/// Solves L^T x = x for a unit lower triangle. The library adds up each row's terms one after the other, and waits.
+/// Solves L^T x = x for a lower triangle without its diagonal of ones. The library adds up each row's terms one after
+/// the other, and waits.
 void solveTransposed(const Matrix& l, Eigen::VectorXd& x) {
     for (Eigen::Index row = l.cols(); row-- > 0;) {
         double sums[4] = {};
@@ -97,11 +98,12 @@ std::vector<TrianglePhases> StripeSolver::solve(double turned, double spacing) c
         x(2 * v) = std::cos(angle), x(2 * v + 1) = std::sin(angle);
         mass(2 * v) = mass(2 * v + 1) = mass_[size_t(v)];
     }
+    const Eigen::VectorXd diagonal = solver.vectorD();
     for (int step = 0; step < kSteps; ++step) {
         const Eigen::VectorXd before = x;
         x = mass.cwiseProduct(x);
         solver.matrixL().solveInPlace(x);
-        x = x.cwiseQuotient(solver.vectorD());
+        x = x.cwiseQuotient(diagonal);
         solveTransposed(solver.matrixL().nestedExpression(), x);
         for (Eigen::Index v = 0; v < n; ++v) {
             const double l = std::hypot(x(2 * v), x(2 * v + 1));

@@ -30,8 +30,15 @@ WorkTree::Ptr CompactLevelSet::tree() const {
         leaf->setValueMask(block.active);
         tree->addLeaf(leaf.release());
     }
-    openvdb::tools::signedFloodFillWithValues(*tree, background_, -background_);
+    constexpr openvdb::Index kAboveLeaves = 1;
+    openvdb::tools::signedFloodFillWithValues(*tree, background_, -background_, true, 1, kAboveLeaves);
     return tree;
+}
+
+std::vector<WorkTree::Ptr> treesOf(const std::vector<CompactLevelSet>& compact) {
+    std::vector<WorkTree::Ptr> trees(compact.size());
+    tbb::parallel_for(size_t(0), compact.size(), [&](size_t i) { trees[i] = compact[i].tree(); });
+    return trees;
 }
 
 std::vector<WorkTree::Ptr> takeTrees(std::vector<CompactLevelSet>& compact) {

@@ -1,6 +1,5 @@
 #pragma once
 // A finished level set at rest, in half the memory.
-#include <array>
 #include <vector>
 
 #include "pavel/vdb/grid.h"
@@ -30,6 +29,8 @@ class CompactLevelSet {
     std::vector<float> values_;  // active ones, block by block
 };
 
+/// The trees of all.
+std::vector<WorkTree::Ptr> treesOf(const std::vector<CompactLevelSet>& compact);
 /// Takes the trees out, leaving nothing behind.
 std::vector<WorkTree::Ptr> takeTrees(std::vector<CompactLevelSet>& compact);
 /// Puts them back.

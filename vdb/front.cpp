@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "pavel/vdb/measure.h"
 #include "pavel/vdb/recovery_function.h"
 
 namespace pavel {
@@ -165,8 +164,8 @@ void Front::finish() {
     if (!changed_) return;
     changed_ = false;
     for (GrowthBlock& block : blocks)
-        block.forEachVoxel([](int, GrowthCell& cell, int i) {
-            if (cell.state[i] == kInner) cell.state[i] = kBody, cell.time[i] = kNever, cell.contact[i] = -1;
+        block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
+            if (block.untouched(v) == kBody) cell.state[i] = kBody, cell.time[i] = kNever, cell.contact[i] = -1;
         });
     constexpr float kListed = -2;  // instead of a contact distance, which the body has none of yet
     std::vector<std::pair<GrowthBlock*, int>> layer, first;
@@ -444,7 +443,7 @@ bool Front::widen() {
     changed_ = true;
     for (GrowthBlock& block : blocks)
         block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
-            if (cell.state[i] == kBody) return;
+            if (block.untouched(v) == kBody) return;
             std::atomic<Claim>& slot = block.claims->claims[v];
             if (claimOwner(slot.load(std::memory_order_relaxed)) == element.id)
                 slot.store(kFree, std::memory_order_relaxed);
@@ -457,7 +456,6 @@ bool Front::widen() {
     claimed_.clear();
     grown = 0;
     lastArrival = 0;
-    start();
     return true;
 }
 

@@ -11,14 +11,15 @@ namespace pavel {
 
 /// State of a voxel for one front. Ghosts are voxels that another front or body holds: the front marches two layers
 /// into them, so that the face between the two is known at sub-voxel precision, but grows no further from there.
-/// Inner voxels belong to the body, too: the front's way runs on into them, backwards.
+/// Inner voxels belong to the body, too: the front's way runs on into them, backwards, at their neighbours' mean scale.
 enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody, kInner };
 
 /// 4^3 voxels that the front touched.
 struct GrowthCell {
     static constexpr int kCount = 64;
-    float time[kCount];     ///< arrival time, negative in the body; the largest float where there is none
-    float contact[kCount];  ///< distance to the contact rims, -1 where not asked for yet; of inner voxels: their scale
+    float time[kCount];  ///< arrival time, negative in the body; the largest float where there is none
+    float
+        contact[kCount];  ///< distance to the contact rims, negative where not asked for yet; inner voxels: their scale
     uint8_t state[kCount];
 };
 
@@ -86,8 +87,9 @@ class Front {
     double nextArrival() const;
     /// Largest speed on the waiting front.
     double frontSpeed();
-    /// Starts anew with b a step wider: pieces of time marched at several speeds would leave a craggy surface. Where it
-    /// comes earlier than another now, the other loses ground. False when the limit is reached.
+    /// Gives everything back, to start() anew with b a step wider: pieces of time marched at several speeds would leave
+    /// a craggy surface. Where it comes earlier than another then, the other loses ground. False when the limit is
+    /// reached.
     bool widen();
     /// Does any free voxel wait for a wider b?
     bool couldWiden() const { return dormant_ || !heap_.empty(); }

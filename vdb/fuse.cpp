@@ -119,8 +119,33 @@ openvdb::FloatTree::Ptr outside(const openvdb::FloatTree& all, const openvdb::Fl
 
 namespace {
 
-/// Moves the surface of a clean level set by a fraction of a voxel until its volume is the target. share(union, base):
-/// how much of the move a voxel joins in, 0 to 1.
+/// Ids inside the packed elements; a voxel inside two (by rounding) goes to the one in which it lies deeper.
+openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements) {
+    auto ids = std::make_shared<openvdb::Int32Tree>(0);
+    for (size_t i = 0; i < elements.size(); ++i) {
+        if (!elements[i]) continue;
+        const int id = int(i) + 1;
+        auto tile = elements[i]->cbeginValueAll();
+        tile.setMaxDepth(WorkTree::ValueAllCIter::LEAF_DEPTH - 1);
+        for (; tile; ++tile)
+            if (*tile < 0) ids->fill(tile.getBoundingBox(), id, true);
+        for (auto leaf = elements[i]->cbeginLeaf(); leaf; ++leaf) {
+            openvdb::Int32Tree::LeafNodeType* out = nullptr;
+            for (openvdb::Index v = 0; v < 512; ++v) {
+                const float d = leaf->getValue(v);
+                if (!(d < 0)) continue;
+                if (!out) out = ids->touchLeaf(leaf->origin());
+                const int held = out->getValue(v);
+                if (held > 0 && elements[size_t(held) - 1]->getValue(leaf->offsetToGlobalCoord(v)) <= d) continue;
+                out->setValueOn(v, id);
+            }
+        }
+    }
+    return ids;
+}
+
+/// Moves the surface of a clean level set until its volume is the target, by a quarter of a voxel at most. share(union,
+/// base): how much of the move a voxel joins in, 0 to 1.
 template <class Share>
 void settleVolume(openvdb::FloatTree& tree, double target, const openvdb::FloatTree& all,
                   const openvdb::FloatTree& base, Share share) {
@@ -140,13 +165,15 @@ void settleVolume(openvdb::FloatTree& tree, double target, const openvdb::FloatT
         });
     };
     const float band = tree.background();
+    double moved = 0;
     for (int step = 0; step < kSteps; ++step) {
         const double excess = measureInside(tree).volume - target;
         if (std::abs(excess) <= kClose * target) return;
         std::vector<double> areas(leaves.size(), 0);
         eachVoxel([&](size_t k, float value, float part) { areas[k] += std::abs(value) < 0.5f ? double(part) : 0; });
         const double area = std::accumulate(areas.begin(), areas.end(), 0.0);
-        const auto by = float(std::clamp(excess / std::max(area, 1.0), -kMost, kMost));
+        const auto by = float(std::clamp(excess / std::max(area, 1.0), -kMost - moved, kMost - moved));
+        moved += double(by);
         eachVoxel([&](size_t, float& value, float part) { value = std::clamp(value + part * by, -band, band); });
     }
 }
@@ -170,30 +197,6 @@ void fuse(const std::vector<WorkTree::Ptr>& elements, double volume, bool withSo
     if (touching)
         settleVolume(*grids.surface, volume, *all, *grids.base, [&](float u, float b) { return within(u + b); });
     grids.ids = elementIds(elements);
-}
-
-openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements) {
-    auto ids = std::make_shared<openvdb::Int32Tree>(0);
-    for (size_t i = 0; i < elements.size(); ++i) {
-        if (!elements[i]) continue;
-        const int id = int(i) + 1;
-        auto tile = elements[i]->cbeginValueAll();
-        tile.setMaxDepth(WorkTree::ValueAllCIter::LEAF_DEPTH - 1);
-        for (; tile; ++tile)
-            if (*tile < 0) ids->fill(tile.getBoundingBox(), id, true);
-        for (auto leaf = elements[i]->cbeginLeaf(); leaf; ++leaf) {
-            openvdb::Int32Tree::LeafNodeType* out = nullptr;
-            for (openvdb::Index v = 0; v < 512; ++v) {
-                const float d = leaf->getValue(v);
-                if (!(d < 0)) continue;
-                if (!out) out = ids->touchLeaf(leaf->origin());
-                const int held = out->getValue(v);
-                if (held > 0 && elements[size_t(held) - 1]->getValue(leaf->offsetToGlobalCoord(v)) <= d) continue;
-                out->setValueOn(v, id);
-            }
-        }
-    }
-    return ids;
 }
 
 }  // namespace pavel

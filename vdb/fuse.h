@@ -5,7 +5,7 @@
 namespace pavel {
 
 /// Makes grids.surface = max(union of the elements, -base) and, where asked for, grids.solid = min(union, base), both
-/// as clean distances, from the packed elements and the base in `grids`; and the ids. Creases between elements that
+/// as clean distances, from the packed elements and the base in `grids`; and grids.ids. Creases between elements that
 /// touch get a fillet of a fraction of a voxel, whose volume is taken back evenly from the decoration's surface; where
 /// a gap was left nothing touches, and none is made.
 /// @param volume of all elements, in voxels
@@ -15,8 +15,5 @@ void fuse(const std::vector<WorkTree::Ptr>& elements, double volume, bool withSo
 openvdb::FloatTree::Ptr unionOf(const std::vector<WorkTree::Ptr>& elements, bool touching);
 /// max(all, clearance - base), raw; the base's band must reach two voxels beyond the clearance (voxels).
 openvdb::FloatTree::Ptr outside(const openvdb::FloatTree& all, const openvdb::FloatTree& base, float clearance);
-
-/// Ids inside the packed elements; a voxel inside two (by rounding) goes to the one in which it lies deeper.
-openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements);
 
 }  // namespace pavel

@@ -42,12 +42,22 @@ void Growth::march(const RunContext& context, double roundVoxels) {
     std::vector<float> stopTimes(elements_.size() + 1, std::numeric_limits<float>::infinity());
     std::vector<double> speeds(all), arrivals(all);
     double now = 0;
+    // Fronts that start anew do so when all have given back what they held: else it would matter who is first.
+    std::vector<char> anew;
     while (!active.empty()) {
+        anew.assign(active.size(), 0);
+        const auto allOf = [&](const auto& f) { tbb::parallel_for(size_t(0), active.size(), f); };
         context.progress("growth", 0.6 * (1 - double(active.size()) / double(all)));
         // Fronts that are stuck get more room; those that have none left end here.
-        tbb::parallel_for(size_t(0), active.size(), [&](size_t i) {
+        allOf([&](size_t i) {
             Front& f = *active[i];
-            if (f.frontSpeed() < kStuckShare * f.weight) f.exhausted = !f.couldWiden() || !f.widen();
+            const bool stuck = f.frontSpeed() < kStuckShare * f.weight;
+            anew[i] = stuck && f.couldWiden() && f.widen();
+            f.exhausted = stuck && !anew[i];
+        });
+        allOf([&](size_t i) {
+            Front& f = *active[i];
+            if (anew[i]) f.start();
             if (f.nextArrival() == kInfinity) f.exhausted = true;
             speeds[i] = f.frontSpeed();
             arrivals[i] = f.nextArrival();
@@ -64,13 +74,17 @@ void Growth::march(const RunContext& context, double roundVoxels) {
             each(active, [&](Front& f) { f.march(now, stopTimes, true); });
             each(active, [](Front& f) { f.commit(); });
             each(active, [](Front& f) { f.settle(); });
-            each(active, [](Front& f) {
+            anew.assign(active.size(), 0);
+            allOf([&](size_t i) {
+                Front& f = *active[i];
                 if (!f.stopped) return;
                 // One that just made it has a steep, ragged last layer and no room to settle its stop time in.
-                if (f.frontSpeed() < 5 * kStuckShare * f.weight && f.couldWiden() && f.widen())
-                    f.stopped = false;
-                else
-                    f.release();
+                anew[i] = f.frontSpeed() < 5 * kStuckShare * f.weight && f.couldWiden() && f.widen();
+                f.stopped = !anew[i];
+                if (f.stopped) f.release();
+            });
+            allOf([&](size_t i) {
+                if (anew[i]) active[i]->start();
             });
         }
         std::vector<Front*> ended, next;

@@ -76,7 +76,8 @@ PAVEL_WIDE bool takenBy(const OwnField& a, const OwnField& b, const Bisector& g,
         const float earlier = (wayA * scaleB - wayB * scaleA + later * product) / (sum > 0 ? sum : 1);
         const float ahead = -(phiB < wayB ? phiB : wayB), sooner = ahead < earlier ? ahead : earlier;
         // Near the rims interpolated times are rough: no front may take what only the other was placed on.
-        const float inOwn = earlier < bisector ? earlier : bisector, inOther = sooner > bisector ? sooner : bisector,
+        const float least = byDepth ? bisector : -phiB, most = byDepth ? bisector : phiA,
+                    inOwn = earlier < least ? earlier : least, inOther = sooner > most ? sooner : most,
                     raced = inA        ? inOwn
                             : phiB < 0 ? inOther
                                        : sooner,

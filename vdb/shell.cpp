@@ -101,8 +101,9 @@ ShellBuilder::ShellBuilder(const Packing& packing, const TriangleMesh& base, con
     openvdb::initialize();
     grids_ = std::make_unique<Grids>();
     grids_->base = voxelizeBase(base, h_, float(options.clearance / h_ + kBand))->treePtr();
+    const std::vector<WorkTree::Ptr> trees = treesOf(packing.grids->elements);
     for (const PlacedElement& p : placed) {
-        const WorkTree::Ptr tree = packing.grids->elements[size_t(p.id) - 1].tree();
+        const WorkTree::Ptr& tree = trees[size_t(p.id) - 1];
         if (!tree) continue;  // swallowed
         grids_->elements.push_back(tree);
         graph_.id.push_back(p.id);

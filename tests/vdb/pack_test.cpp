@@ -18,9 +18,7 @@ namespace pavel {
 namespace {
 
 std::vector<WorkTree::Ptr> treesOf(const Packing& p) {
-    std::vector<WorkTree::Ptr> trees;
-    for (const CompactLevelSet& e : p.grids->elements) trees.push_back(e.tree());
-    return trees;
+    return treesOf(p.grids->elements);
 }
 
 struct SmallScene {
