@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
 namespace pavel {
 namespace {
@@ -10,6 +11,177 @@ namespace {
 std::array<float, 4> cubicWeights(float t) {
     const float t2 = t * t, t3 = t2 * t;
     return {0.5f * (-t3 + 2 * t2 - t), 0.5f * (3 * t3 - 5 * t2 + 2), 0.5f * (-3 * t3 + 4 * t2 + t), 0.5f * (t3 - t2)};
+}
+
+constexpr uint8_t kTimed = 1, kNearRim = 2;
+
+/// What a front holds in one of its blocks.
+struct FrontBlock {
+    float phi[512], way[512], scale[512];
+    float speed[512];    ///< -1 where it is not known
+    uint8_t flags[512];  ///< kTimed, kNearRim
+
+    FrontBlock(const Front& front, const GrowthBlock& block) {
+        if (block.placed)
+            std::copy(block.placed, block.placed + 512, phi);
+        else
+            std::fill(phi, phi + 512, block.placedTile);
+        std::copy(phi, phi + 512, way);
+        std::fill(scale, scale + 512, 0.f);
+        std::fill(speed, speed + 512, -1.f);
+        std::fill(flags, flags + 512, uint8_t(0));
+        block.forEachVoxel([&](int v, const GrowthCell& cell, int i) {
+            const bool timed = cell.time[i] < GrowthBlock::kNever,
+                       asked = cell.contact[i] >= 0 && cell.state[i] != kInner;
+            if (!timed && !asked) return;
+            const float s = float(front.scaleAt(cell, i));
+            if (timed)
+                scale[v] = s, way[v] = s * (cell.time[i] - front.stopTime);
+            else
+                speed[v] = s;
+            flags[v] = uint8_t((timed ? kTimed : 0) | (asked && cell.contact[i] < 3 ? kNearRim : 0));
+        });
+    }
+};
+
+/// A front's own nodes in and around one of its blocks: three layers on each side, so that two layers of times that go
+/// on beyond the front are known wherever the interpolation asks, one node before the block and two beyond it.
+class Nodes {
+  public:
+    static constexpr int kBefore = 3, kSide = 15, kRow = 16, kSlab = kSide * kRow, kCount = kSide * kSlab;
+
+    /// @param blocks of the front, by number
+    Nodes(const Front& front, const std::vector<FrontBlock>& blocks, const Coord& block) {
+        const WorkTree& placed = *front.element.placed;
+        for (int part = 0; part < 27; ++part) {
+            const int x = part / 9 - 1, y = part / 3 % 3 - 1, z = part % 3 - 1;
+            const Coord at = block.offsetBy(8 * x, 8 * y, 8 * z);
+            const GrowthBlock* grown = front.probe(at);
+            const WorkLeaf* leaf = grown ? nullptr : placed.probeConstLeaf(at);
+            const Source source{grown ? &blocks[size_t(grown->number)] : nullptr,
+                                leaf ? leaf->buffer().data() : nullptr, grown || leaf ? 0 : placed.getValue(at)};
+            if (z < 0)
+                copyIn<5, 3>(source, x, y);
+            else if (z == 0)
+                copyIn<0, 8>(source, x, y);
+            else
+                copyIn<0, 4>(source, x, y);
+        }
+        uint8_t all = 0;
+        float least = kBand;
+        for (int x = 0; x < kSide; ++x)
+            for (int y = 0; y < kSide; ++y)
+                for (int z = 0, i = index(x, y, 0); z < kSide; ++z, ++i) {
+                    all |= flags_[i];
+                    least = way_[i] < least ? way_[i] : least;
+                }
+        any_ = all & kTimed;
+        least_ = least;
+    }
+    /// Is there anything of the front within the band, in coarse voxels?
+    bool within(float band) const { return any_ && least_ <= band; }
+
+    /// The n^3 nodes around a part of the block, from the one before its first.
+    struct Window {
+        const float *phi, *way, *scale;  ///< steps kSlab, kRow, 1
+        uint8_t flags = 0;               ///< of any node
+        float least = kBand;             ///< of the front's own values, in coarse voxels
+    };
+    Window window(const Coord& first, int n) const {
+        const int from = index(first[0] + kBefore - 1, first[1] + kBefore - 1, first[2] + kBefore - 1);
+        Window w{phi_ + from, way_ + from, scale_ + from};
+        for (int x = 0; x < n; ++x)
+            for (int y = 0; y < n; ++y)
+                for (int i = from + index(x, y, 0), end = i + n; i < end; ++i) {
+                    w.flags |= flags_[i];
+                    w.least = way_[i] < w.least ? way_[i] : w.least;
+                }
+        return w;
+    }
+
+    void continueTimes();
+
+  private:
+    struct Source {
+        const FrontBlock* front;  // or else
+        const float* phi;         // or else
+        float tile;
+    };
+    static constexpr int index(int x, int y, int z) { return x * kSlab + y * kRow + z; }
+
+    /// `kZ` voxels of each row from `kFrom` on, of the block at place (x, y) of three by three.
+    template <int kFrom, int kZ>
+    void copyIn(const Source& source, int x, int y) {
+        const auto from = [](int k) { return k < 0 ? 5 : 0; };
+        const auto to = [](int k) { return k > 0 ? 4 : 8; };
+        const int z = kFrom > 0 ? 0 : kZ == 8 ? kBefore : kBefore + 8;
+        for (int u = from(x); u < to(x); ++u)
+            for (int v = from(y); v < to(y); ++v) {
+                const int row = u * 64 + v * 8 + kFrom, at = index(8 * x + kBefore + u, 8 * y + kBefore + v, z);
+                const FrontBlock* f = source.front;
+                const float* phi = f ? f->phi + row : source.phi ? source.phi + row : nullptr;
+                for (int i = 0; i < kZ; ++i) phi_[at + i] = phi ? phi[i] : source.tile;
+                if (f) {
+                    for (int i = 0; i < kZ; ++i) way_[at + i] = f->way[row + i];
+                    for (int i = 0; i < kZ; ++i) scale_[at + i] = f->scale[row + i];
+                    for (int i = 0; i < kZ; ++i) speed_[at + i] = f->speed[row + i];
+                    for (int i = 0; i < kZ; ++i) flags_[at + i] = f->flags[row + i];
+                } else {
+                    for (int i = 0; i < kZ; ++i) way_[at + i] = phi_[at + i];
+                    for (int i = 0; i < kZ; ++i) scale_[at + i] = 0;
+                    for (int i = 0; i < kZ; ++i) speed_[at + i] = -1;
+                    for (int i = 0; i < kZ; ++i) flags_[at + i] = 0;
+                }
+            }
+    }
+
+    float phi_[kCount], way_[kCount], scale_[kCount], speed_[kCount];
+    uint8_t flags_[kCount];
+    bool any_;
+    float least_;
+};
+
+/// Gives the nodes beside those that the front reached times as if it had gone on, two layers of them: an interpolation
+/// that took the placed surface's distance for them would put ripples into the front's. Its advance goes on as much as
+/// the speed does: not at all where that is zero. The outermost layer only lends its values.
+PAVEL_WIDE void continueTimes(const float* phi, const float* speed, float* way, float* scale) {
+    constexpr int n = Nodes::kSide, kSlab = Nodes::kSlab, kRow = Nodes::kRow,
+                  kSides[6] = {-kSlab, kSlab, -kRow, kRow, -1, 1};
+    float ahead[Nodes::kCount], newWay[Nodes::kCount], newScale[Nodes::kCount];
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 0; i < Nodes::kCount; ++i) {
+            const float lead = way[i] - phi[i];
+            ahead[i] = scale[i] > 0 ? lead : 0;
+        }
+        for (int x = 1; x < n - 1; ++x)
+            for (int y = 1; y < n - 1; ++y) {
+                const int row = x * kSlab + y * kRow;
+                for (int i = row + 1; i < row + n - 1; ++i) {
+                    float lead = 0, beside = 0, known = 0;
+                    for (const int side : kSides) {
+                        lead += ahead[i + side];
+                        beside += scale[i + side];
+                        known += scale[i + side] > 0 ? 1.f : 0.f;
+                    }
+                    const float share = speed[i] * known / beside, slower = share < 1 ? share : 1,
+                                goesOn = speed[i] < 0 ? 1 : slower;
+                    const float farther = phi[i] + goesOn * lead / known, mean = goesOn * beside / known;
+                    const bool open = (scale[i] <= 0) & (speed[i] != 0) & (known > 0);
+                    newWay[i] = open ? farther : way[i];
+                    newScale[i] = open ? mean : scale[i];
+                }
+            }
+        for (int x = 1; x < n - 1; ++x)
+            for (int y = 1; y < n - 1; ++y) {
+                const int row = x * kSlab + y * kRow;
+                std::copy(newWay + row + 1, newWay + row + n - 1, way + row + 1);
+                std::copy(newScale + row + 1, newScale + row + n - 1, scale + row + 1);
+            }
+    }
+}
+
+void Nodes::continueTimes() {
+    pavel::continueTimes(phi_, speed_, way_, scale_);
 }
 
 /// Values on (8 / factor + 3)^3 nodes, one before the block and two beyond it, to the block's 8^3 voxels.
@@ -22,7 +194,7 @@ PAVEL_WIDE void upsample(const float* nodes, int factor, float* out) {
     for (int x = 0; x < n; ++x)
         for (int y = 0; y < n; ++y)
             for (int z = 0; z < 8; ++z) {
-                const float* f = nodes + (x * n + y) * n + first[z];
+                const float* f = nodes + x * Nodes::kSlab + y * Nodes::kRow + first[z];
                 const auto& w = weights[z];
                 alongZ[(x * n + y) * 8 + z] = w[0] * f[0] + w[1] * f[1] + w[2] * f[2] + w[3] * f[3];
             }
@@ -38,114 +210,6 @@ PAVEL_WIDE void upsample(const float* nodes, int factor, float* out) {
         const auto& w = weights[x];
         for (int i = 0; i < 64; ++i)
             out[x * 64 + i] = w[0] * f[i] + w[1] * f[64 + i] + w[2] * f[128 + i] + w[3] * f[192 + i];
-    }
-}
-
-/// A front's own nodes in and around one of its blocks: three layers on each side, so that two layers of times that go
-/// on beyond the front are known wherever the interpolation asks, one node before the block and two beyond it.
-class Nodes {
-  public:
-    static constexpr int kBefore = 3, kSide = 15, kCount = kSide * kSide * kSide;
-
-    Nodes(const Front& front, const Coord& block) {
-        const Coord lo = block.offsetBy(-kBefore), hi = lo.offsetBy(kSide - 1);
-        const WorkTree& placed = *front.element.placed;
-        forEachBlock(CoordBBox(lo, hi), [&](const Coord& at) {
-            const GrowthBlock* grown = front.probe(at);
-            const WorkLeaf* leaf = placed.probeConstLeaf(at);
-            const float tile = leaf ? 0 : placed.getValue(at);
-            Coord from, to;
-            for (int k = 0; k < 3; ++k) from[k] = std::max(lo[k], at[k]), to[k] = std::min(hi[k] + 1, at[k] + 8);
-            for (int x = from[0]; x < to[0]; ++x)
-                for (int y = from[1]; y < to[1]; ++y)
-                    for (int z = from[2]; z < to[2]; ++z) {
-                        const int v = (x - at[0]) * 64 + (y - at[1]) * 8 + z - at[2];
-                        const int node = index(x - lo[0], y - lo[1], z - lo[2]);
-                        const float p = leaf ? leaf->buffer().data()[v] : tile;
-                        phi_[node] = way_[node] = p;
-                        scale_[node] = 0, speed_[node] = -1;
-                        timed_[node] = nearRim_[node] = false;
-                        if (const GrowthCell* cell = grown ? grown->cellAt(v) : nullptr) {
-                            const int i = GrowthBlock::inCell(v);
-                            const bool timed = cell->time[i] < GrowthBlock::kNever,
-                                       asked = cell->contact[i] >= 0 && cell->state[i] != kInner;
-                            const float scale = float(front.scaleAt(*cell, i));
-                            if (timed) scale_[node] = scale, way_[node] = scale * (cell->time[i] - front.stopTime);
-                            if (asked && !timed) speed_[node] = scale;
-                            timed_[node] = timed;
-                            nearRim_[node] = asked && cell->contact[i] < 3;
-                        }
-                        least_ = std::min(least_, way_[node]);
-                        any_ |= timed_[node];
-                    }
-        });
-    }
-    /// Is there anything of the front within the band, in coarse voxels?
-    bool within(float band) const { return any_ && least_ <= band; }
-
-    /// The n^3 nodes around a part of the block, from the one before its first.
-    struct Window {
-        float phi[343], way[343], scale[343];
-        bool timed = false, nearRim = false;  ///< any of them
-        float least = kBand;                  ///< of the front's own values, in coarse voxels
-    };
-    void copy(const Coord& first, int n, Window& out) const {
-        out.timed = out.nearRim = false;
-        out.least = kBand;
-        for (int x = 0, to = 0; x < n; ++x)
-            for (int y = 0; y < n; ++y) {
-                const int row = index(first[0] + x, first[1] + y, first[2]) + (kBefore - 1) * index(1, 1, 1);
-                for (int i = row; i < row + n; ++i, ++to) {
-                    out.phi[to] = phi_[i];
-                    out.way[to] = way_[i];
-                    out.scale[to] = scale_[i];
-                    out.timed |= timed_[i];
-                    out.nearRim |= nearRim_[i];
-                    out.least = std::min(out.least, way_[i]);
-                }
-            }
-    }
-
-    void continueTimes();
-
-  private:
-    static int index(int x, int y, int z) { return (x * kSide + y) * kSide + z; }
-
-    float phi_[kCount], way_[kCount], scale_[kCount];
-    float speed_[kCount];  // -1 where it is not known
-    bool timed_[kCount], nearRim_[kCount], any_ = false;
-    float least_ = kBand;
-};
-
-/// Gives the nodes beside those that the front reached times as if it had gone on, two layers of them: an interpolation
-/// that took the placed surface's distance for them would put ripples into the front's. Its advance goes on as much as
-/// the speed does: not at all where that is zero.
-void Nodes::continueTimes() {
-    constexpr int n = kSide, step[3] = {n * n, n, 1};
-    float newWay[kCount], newScale[kCount];
-    int list[kCount];
-    for (int pass = 0; pass < 2; ++pass) {
-        int count = 0;
-        for (int x = 0, i = 0; x < n; ++x)
-            for (int y = 0; y < n; ++y)
-                for (int z = 0; z < n; ++z, ++i) {
-                    if (scale_[i] > 0 || speed_[i] == 0) continue;
-                    const int at[3] = {x, y, z};
-                    float ahead = 0, beside = 0;
-                    int known = 0;
-                    for (int k = 0; k < 3; ++k) {
-                        if (at[k] > 0 && scale_[i - step[k]] > 0)
-                            ahead += way_[i - step[k]] - phi_[i - step[k]], beside += scale_[i - step[k]], ++known;
-                        if (at[k] + 1 < n && scale_[i + step[k]] > 0)
-                            ahead += way_[i + step[k]] - phi_[i + step[k]], beside += scale_[i + step[k]], ++known;
-                    }
-                    if (!known) continue;
-                    const float goesOn = speed_[i] < 0 ? 1 : std::min(1.f, speed_[i] * float(known) / beside);
-                    newWay[i] = phi_[i] + goesOn * ahead / float(known);
-                    newScale[i] = goesOn * beside / float(known);
-                    list[count++] = i;
-                }
-        for (int c = 0; c < count; ++c) way_[list[c]] = newWay[list[c]], scale_[list[c]] = newScale[list[c]];
     }
 }
 
@@ -202,17 +266,19 @@ PAVEL_WIDE bool reaches(const GrownBlock& block) {
 GrownField::GrownField(const Front& front, const WorkTree& placed, int factor) {
     const int m = 8 / factor, n = m + 3;
     const float band = kBand / float(factor), slowest = 1e-3f * float(front.weight * factor);
-    Nodes::Window window;
     float far[512];
+    std::vector<FrontBlock> blocks;
+    blocks.reserve(front.blocks.size());
+    for (const GrowthBlock& grown : front.blocks) blocks.emplace_back(front, grown);
     for (const GrowthBlock& grown : front.blocks) {
-        Nodes nodes(front, grown.origin);
+        Nodes nodes(front, blocks, grown.origin);
         if (!nodes.within(band)) continue;
         nodes.continueTimes();
         for (int x = 0; x < 8; x += m)
             for (int y = 0; y < 8; y += m)
                 for (int z = 0; z < 8; z += m) {
-                    nodes.copy(Coord(x, y, z), n, window);
-                    if (!window.timed || window.least > band) continue;
+                    const Nodes::Window window = nodes.window(Coord(x, y, z), n);
+                    if (!(window.flags & kTimed) || window.least > band) continue;
                     const Coord at = grown.origin.offsetBy(x, y, z),
                                 origin(at[0] * factor, at[1] * factor, at[2] * factor);
                     const WorkLeaf* leaf = placed.probeConstLeaf(origin);
@@ -222,7 +288,7 @@ GrownField::GrownField(const Front& front, const WorkTree& placed, int factor) {
                     const float* values = leaf ? leaf->buffer().data() : far;
                     auto block = std::make_unique<GrownBlock>();
                     interpolate(window, factor, slowest, values, *block);
-                    if (window.nearRim) mendNearRim(front, origin, factor, values, *block);
+                    if (window.flags & kNearRim) mendNearRim(front, origin, factor, values, *block);
                     if (!reaches(*block)) continue;
                     blocks_.emplace(origin, std::move(block));
                 }
