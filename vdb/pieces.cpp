@@ -25,26 +25,40 @@ BlockMask negativeMask(const float* values) {
 }
 
 std::vector<MaskedBlock> straysOf(const std::vector<MaskedBlock>& blocks) {
+    /// A block's runs of voxels: those before each row, or, in a full block, one that stands for all.
+    struct Runs {
+        std::array<int, 65> start;
+        bool full;
+        int begin(int row) const { return full ? start[0] : start[size_t(row)]; }
+        int end(int row) const { return full ? start[0] + 1 : start[size_t(row) + 1]; }
+    };
+    BlockMask all;
+    all.fill(0xff);
     std::vector<Run> runs;
-    std::vector<std::array<int, 65>> rowStart;  // of each block, runs before a row
-    std::unordered_map<Coord, int, CoordHash> numbers;
-    rowStart.resize(blocks.size());
+    std::vector<Runs> runsOf(blocks.size());
+    std::unordered_map<Coord, int, CoordHash> numbers(blocks.size());
     for (size_t b = 0; b < blocks.size(); ++b) {
         numbers[blocks[b].origin] = int(b);
+        runsOf[b].full = blocks[b].mask == all;
+        runsOf[b].start[0] = int(runs.size());
+        if (runsOf[b].full) {
+            runs.push_back({0, 0xff});
+            continue;
+        }
         for (int row = 0; row < 64; ++row) {
-            rowStart[b][size_t(row)] = int(runs.size());
+            runsOf[b].start[size_t(row)] = int(runs.size());
             for (unsigned rest = blocks[b].mask[size_t(row)]; rest;) {
                 const unsigned low = rest & (~rest + 1), run = rest & ~(rest + low);  // lowest run of ones
                 runs.push_back({uint8_t(row), uint8_t(run)});
                 rest &= ~run;
             }
         }
-        rowStart[b][64] = int(runs.size());
+        runsOf[b].start[64] = int(runs.size());
     }
     UnionFind sets(runs.size());
     const auto joinRows = [&](size_t a, int rowA, size_t b, int rowB) {
-        for (int i = rowStart[a][size_t(rowA)]; i < rowStart[a][size_t(rowA) + 1]; ++i)
-            for (int j = rowStart[b][size_t(rowB)]; j < rowStart[b][size_t(rowB) + 1]; ++j)
+        for (int i = runsOf[a].begin(rowA); i < runsOf[a].end(rowA); ++i)
+            for (int j = runsOf[b].begin(rowB); j < runsOf[b].end(rowB); ++j)
                 if (runs[size_t(i)].mask & runs[size_t(j)].mask) sets.join(i, j);
     };
     const auto numberAt = [&](const Coord& origin) {
@@ -52,35 +66,49 @@ std::vector<MaskedBlock> straysOf(const std::vector<MaskedBlock>& blocks) {
         return found == numbers.end() ? -1 : found->second;
     };
     for (size_t b = 0; b < blocks.size(); ++b) {
-        for (int row = 0; row < 64; ++row) {
+        for (int row = 0; row < 64 && !runsOf[b].full; ++row) {
             if (row & 7) joinRows(b, row, b, row - 1);
             if (row >= 8) joinRows(b, row, b, row - 8);
         }
         const Coord& o = blocks[b].origin;
-        if (const int n = numberAt(o.offsetBy(8, 0, 0)); n >= 0)
-            for (int row = 0; row < 8; ++row) joinRows(b, 56 + row, size_t(n), row);
-        if (const int n = numberAt(o.offsetBy(0, 8, 0)); n >= 0)
-            for (int row = 0; row < 64; row += 8) joinRows(b, row + 7, size_t(n), row);
-        if (const int n = numberAt(o.offsetBy(0, 0, 8)); n >= 0)
+        const auto joinBlock = [&](int n, const auto& join) {
+            if (n < 0) return;
+            if (runsOf[b].full && runsOf[size_t(n)].full)
+                sets.join(runsOf[b].start[0], runsOf[size_t(n)].start[0]);
+            else
+                join(size_t(n));
+        };
+        joinBlock(numberAt(o.offsetBy(8, 0, 0)), [&](size_t n) {
+            for (int row = 0; row < 8; ++row) joinRows(b, 56 + row, n, row);
+        });
+        joinBlock(numberAt(o.offsetBy(0, 8, 0)), [&](size_t n) {
+            for (int row = 0; row < 64; row += 8) joinRows(b, row + 7, n, row);
+        });
+        joinBlock(numberAt(o.offsetBy(0, 0, 8)), [&](size_t n) {
             for (int row = 0; row < 64; ++row)
-                if ((blocks[b].mask[size_t(row)] & 0x80) && (blocks[size_t(n)].mask[size_t(row)] & 1))
-                    sets.join(rowStart[b][size_t(row) + 1] - 1, rowStart[size_t(n)][size_t(row)]);
+                if ((blocks[b].mask[size_t(row)] & 0x80) && (blocks[n].mask[size_t(row)] & 1))
+                    sets.join(runsOf[b].end(row) - 1, runsOf[n].begin(row));
+        });
     }
+    const auto eachRun = [&](const auto& f) {
+        for (size_t b = 0; b < blocks.size(); ++b)
+            for (int i = runsOf[b].start[0], end = runsOf[b].end(63); i < end; ++i) f(b, i);
+    };
     std::vector<uint64_t> size(runs.size(), 0);
-    for (size_t i = 0; i < runs.size(); ++i)
-        size[size_t(sets.find(int(i)))] += uint64_t(__builtin_popcount(runs[i].mask));
+    eachRun([&](size_t b, int i) {
+        size[size_t(sets.find(i))] += runsOf[b].full ? 512 : uint64_t(__builtin_popcount(runs[size_t(i)].mask));
+    });
     const int largest = runs.empty() ? -1 : int(std::max_element(size.begin(), size.end()) - size.begin());
     std::vector<MaskedBlock> strays;
-    for (size_t b = 0; b < blocks.size(); ++b) {
-        MaskedBlock m{blocks[b].origin, {}};
-        bool any = false;
-        for (int i = rowStart[b][0]; i < rowStart[b][64]; ++i) {
-            if (sets.find(i) == largest) continue;
-            m.mask[runs[size_t(i)].row] |= runs[size_t(i)].mask;
-            any = true;
-        }
-        if (any) strays.push_back(m);
-    }
+    eachRun([&](size_t b, int i) {
+        if (sets.find(i) == largest) return;
+        if (strays.empty() || strays.back().origin != blocks[b].origin) strays.push_back({blocks[b].origin, {}});
+        BlockMask& mask = strays.back().mask;
+        if (runsOf[b].full)
+            mask = all;
+        else
+            mask[runs[size_t(i)].row] |= runs[size_t(i)].mask;
+    });
     return strays;
 }
 
