@@ -182,11 +182,23 @@ PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, doubl
                 if (d2[k] < reach * reach) pieces.push_back({{l.x[k], l.y[k], l.z[k]}, {l.tx[k], l.ty[k], l.tz[k]}});
         }
     Near near;
+    for (const auto& piece : pieces)
+        for (int k = 0; k < 3; ++k) {
+            const float half = kHalfPiece * std::abs(piece.second[size_t(k)]), middle = piece.first[size_t(k)];
+            near.lower_[size_t(k)] = std::min(near.lower_[size_t(k)], middle - half);
+            near.upper_[size_t(k)] = std::max(near.upper_[size_t(k)], middle + half);
+        }
     near.lanes_ = inLanes(pieces);
     return near;
 }
 
 PAVEL_WIDE float ContactDistance::Near::nearest(const Vec3f& p, float most, Vec3f& point) const {
+    float toBox2 = 0;
+    for (size_t k = 0; k < 3; ++k) {
+        const float out = std::max({lower_[k] - p[k], p[k] - upper_[k], 0.f});
+        toBox2 += out * out;
+    }
+    if (toBox2 >= most * most) return most;
     return std::sqrt(nearestIn(lanes_, p, most * most, point));
 }
 

@@ -45,6 +45,7 @@ class ContactDistance {
       private:
         friend class ContactDistance;
         std::vector<RimLanes> lanes_;
+        Vec3f lower_{1e9f, 1e9f, 1e9f}, upper_{-1e9f, -1e9f, -1e9f};  // of the pieces
     };
     /// Pieces that may be nearer than `distance` to a point of the ball.
     Near near(const Vec3& centre, double radius, double distance) const;
