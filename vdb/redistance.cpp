@@ -48,6 +48,16 @@ bool crease(const Vec3f& p, float dn, const Vec3f& n, float dm, const Vec3f& m, 
     return true;
 }
 
+/// Where both fields are negative, for rows of 16: bit z.
+PAVEL_WIDE void markInside(const float* own, const float* clip, int rows, unsigned* inside) {
+    for (int row = 0; row < rows; ++row, own += 16, clip += 16) {
+        unsigned bits = 0;
+        PAVEL_ROLLED
+        for (int z = 0; z < 16; ++z) bits |= unsigned((own[z] < 0) & (clip[z] < 0)) << z;
+        inside[row] = bits;
+    }
+}
+
 /// The fields of one block and three voxels around it, and the foot points of its voxels beside the surface. Places
 /// are those of this box; the block begins at kHalo.
 class Patch {
@@ -67,7 +77,7 @@ class Patch {
             else
                 copyIn<0, kHalo>(f, x, y);
         }
-        markInside();
+        markInside(own_, clip_, kSide * kSide, inside_);
     }
 
     /// Voxels of row (x, y) of the block that have a face neighbour on the other side: bit z.
@@ -121,15 +131,6 @@ class Patch {
                 for (int i = 0; i < kZ; ++i) own_[at + i] = f.own ? f.own[row + i] : f.tile;
                 for (int i = 0; i < kZ; ++i) clip_[at + i] = f.clip ? f.clip[row + i] : -kBand;
             }
-    }
-
-    void markInside() {
-        for (int row = 0; row < kSide * kSide; ++row) {
-            unsigned bits = 0;
-            for (int z = 0; z < kSide; ++z)
-                bits |= unsigned((own_[row * kRow + z] < 0) & (clip_[row * kRow + z] < 0)) << z;
-            inside_[row] = bits;
-        }
     }
 
     static float trilinear(const float* field, const Vec3f& p) {
@@ -198,7 +199,7 @@ class Patch {
             }
     }
 
-    float own_[kCount], clip_[kCount];
+    float own_[kCount] = {}, clip_[kCount] = {};
     unsigned inside_[kSide * kSide];
 };
 
@@ -238,7 +239,7 @@ class Window {
         for (int x = 1; x + 1 < count_[0]; ++x)
             for (int y = 1; y + 1 < count_[1]; ++y)
                 for (int z = 1; z + 1 < count_[2]; ++z)
-                    if (mayCross(size_t(block(x, y, z)))) findFeet(x, y, z);
+                    if (crosses(block(x, y, z))) findFeet(x, y, z);
         while (!layer_.empty()) spread();
     }
 
@@ -287,12 +288,27 @@ class Window {
         return static_cast<signed char>(negative == 0 ? 1 : negative == 512 ? -1 : 0);
     }
 
-    /// A block of one sign whose face neighbours have the same holds no voxel beside the surface.
-    bool mayCross(size_t b) const {
-        const signed char* s = &sign_[b];
-        for (const int step : step_)
-            if (s[step] != *s || s[-step] != *s) return true;
-        return *s == 0;
+    /// Does a block hold voxels beside the surface? One of a single sign may by its face neighbours only.
+    bool crosses(int b) const {
+        const int own = sign_[size_t(b)];
+        if (own == 0) return true;
+        for (int side = 0; side < 6; ++side) {
+            const int axis = side / 2, n = side % 2 ? b + step_[axis] : b - step_[axis];
+            const int other = sign_[size_t(n)];
+            if (other == -own || (other == 0 && facesOther(source_[size_t(n)], axis, side % 2 ? 0 : 7, own < 0)))
+                return true;
+        }
+        return false;
+    }
+
+    /// Does the layer of a block at a place on an axis hold a voxel that is not `inside`?
+    static bool facesOther(const BlockValues& f, int axis, int place, bool inside) {
+        constexpr int step[3] = {64, 8, 1};
+        const int u = step[axis == 0 ? 1 : 0], w = step[axis == 2 ? 1 : 2];
+        for (int i = 0; i < 8; ++i)
+            for (int j = 0; j < 8; ++j)
+                if (f.inside(place * step[axis] + i * u + j * w) != inside) return true;
+        return false;
     }
 
     /// The block's slot, made where it has none yet; negative outside the window.
