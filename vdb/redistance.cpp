@@ -207,10 +207,12 @@ class Patch {
 class Window {
   public:
     /// values(origin) -> BlockValues. False where no surface passes.
+    /// @param outside, inside how far the band reaches on the two sides
     template <class Values>
-    bool load(const Coord& origin, const std::array<int, 3>& blocks, float band, const Values& values) {
-        band_ = band;
-        limit_ = (band + 0.25f) * (band + 0.25f);
+    bool load(const Coord& origin, const std::array<int, 3>& blocks, float outside, float inside,
+              const Values& values) {
+        band_ = std::max(outside, inside);
+        limit_[0] = (outside + 0.25f) * (outside + 0.25f), limit_[1] = (inside + 0.25f) * (inside + 0.25f);
         for (int k = 0; k < 3; ++k) count_[k] = blocks[size_t(k)] + 2;  // one more layer, whose values alone are used
         step_[0] = count_[1] * count_[2], step_[1] = count_[2], step_[2] = 1;
         const size_t count = size_t(count_[0]) * size_t(step_[0]);
@@ -318,7 +320,7 @@ class Window {
         slot = int(slots_.size());
         const int x = b / step_[0], y = b / step_[1] % count_[1], z = b % count_[2];
         slots_.push_back({b, Vec3f(float(8 * x - 8), float(8 * y - 8), float(8 * z - 8))});
-        voxels_.resize(voxels_.size() + 512, Voxel{limit_, -1});
+        voxels_.resize(voxels_.size() + 512, Voxel{std::max(limit_[0], limit_[1]), -1});
         queued_.resize(queued_.size() + 512, 0);
         return slot;
     }
@@ -371,12 +373,13 @@ class Window {
                 queued_[size_t(n)] = 1;
                 next_.push_back(n);
             };
+            const float limit = limit_[source_[size_t(b)].inside(v)];
             // Voxels between this one and its foot have nearer ones of their own.
             const auto step = [&](float along, float aside2, int k, int place, int stride) {
                 const float down = (along - 1) * (along - 1) + aside2, up = (along + 1) * (along + 1) + aside2;
-                if (along <= kBetween && down < limit_)
+                if (along <= kBetween && down < limit)
                     offer(down, place > 0, place > 0 ? v - stride : v + 7 * stride, b - step_[k]);
-                if (along >= -kBetween && up < limit_)
+                if (along >= -kBetween && up < limit)
                     offer(up, place < 7, place < 7 ? v + stride : v - 7 * stride, b + step_[k]);
             };
             step(ex, yy + zz, 0, x, 64);
@@ -397,7 +400,7 @@ class Window {
         return std::max(std::min(band_, std::sqrt(across2 + rest * rest)), 1e-6f);
     }
 
-    float band_ = kResultBand, limit_ = 0;
+    float band_ = kResultBand, limit_[2] = {};  // squared; outside, inside
     int count_[3] = {}, step_[3] = {};
     std::vector<BlockValues> source_;
     std::vector<signed char> sign_;
@@ -421,7 +424,7 @@ std::vector<Leaf*> solvePart(const Part& part, float band, const Values& values)
     static thread_local Window window;  // scratch that would else be mapped anew for every element
     std::vector<Leaf*> made;
     const std::array<int, 3> blocks{part.size[0] + 2, part.size[1] + 2, part.size[2] + 2};
-    if (!window.load(part.origin.offsetBy(-8), blocks, band, values)) return made;
+    if (!window.load(part.origin.offsetBy(-8), blocks, band, band, values)) return made;
     window.solve();
     float d[512];
     for (int x = 1; x <= part.size[0]; ++x)
@@ -485,6 +488,44 @@ typename Tree::Ptr redistancedTree(const Tree& raw) {
 }
 
 }  // namespace
+
+openvdb::FloatTree::Ptr widened(const openvdb::FloatTree& narrow, float outside, float inside) {
+    constexpr float kGood = 2;  // nearer to the surface, values are taken over
+    CoordBBox box;
+    auto tree = std::make_shared<openvdb::FloatTree>(outside);
+    if (!narrow.evalLeafBoundingBox(box)) return tree;
+    const int reach = 8 * (int(outside) / 8 + 1);
+    const Coord lo = box.min().offsetBy(-reach), hi = box.max().offsetBy(reach + 1);
+    const std::array<int, 3> blocks{(hi[0] - lo[0]) / 8, (hi[1] - lo[1]) / 8, (hi[2] - lo[2]) / 8};
+    const BaseReader reader(narrow);
+    Window window;
+    if (!window.load(lo, blocks, outside, inside, [&](const Coord& origin) {
+            BlockValues f;
+            if (const auto* leaf = reader.probeConstLeaf(origin))
+                f.own = leaf->buffer().data();
+            else
+                f.tile = reader.getValue(origin);
+            return f;
+        }))
+        return tree;
+    window.solve();
+    float d[512];
+    for (int x = 0; x < blocks[0]; ++x)
+        for (int y = 0; y < blocks[1]; ++y)
+            for (int z = 0; z < blocks[2]; ++z) {
+                if (!window.read(x, y, z, d)) continue;
+                auto leaf = std::make_unique<WorkLeaf>(lo.offsetBy(8 * x, 8 * y, 8 * z), outside, true);
+                const auto* known = reader.probeConstLeaf(leaf->origin());
+                float* values = leaf->buffer().data();
+                for (int v = 0; v < 512; ++v) {
+                    const bool good = known && std::abs(known->buffer().data()[v]) < kGood;
+                    values[v] = std::clamp(good ? known->buffer().data()[v] : d[v], -inside, outside);
+                }
+                tree->addLeaf(leaf.release());
+            }
+    openvdb::tools::signedFloodFillWithValues(*tree, outside, -inside);
+    return tree;
+}
 
 openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree& raw) {
     return redistancedTree(raw);

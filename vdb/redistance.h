@@ -15,5 +15,8 @@ constexpr float kWidestBand = 4.5f;
 WorkTree::Ptr redistanced(const Region& raw, float band = kResultBand);
 openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree& raw);
 WorkTree::Ptr redistanced(const WorkTree& raw);
+/// A narrow band of half width 3 or more, made as wide as asked for on each side; all voxels of its leaves are active.
+/// One window: memory follows the band. O(band), on one thread.
+openvdb::FloatTree::Ptr widened(const openvdb::FloatTree& narrow, float outside, float inside);
 
 }  // namespace pavel

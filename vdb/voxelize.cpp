@@ -6,6 +6,7 @@
 
 #include "pavel/core/error.h"
 #include "pavel/vdb/mesh_band.h"
+#include "pavel/vdb/redistance.h"
 
 namespace pavel {
 namespace {
@@ -23,6 +24,26 @@ openvdb::FloatGrid::Ptr meshToLevelSet(const TriangleMesh& mesh, double voxelSiz
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     return grid;
 }
+
+}  // namespace
+
+openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize, float halfWidth) {
+    // In wide bands a triangle would meet too many voxels.
+    constexpr float kNarrow = 6;
+    if (halfWidth <= kNarrow) {
+        TriangleMesh inVoxels;
+        inVoxels.triangles = mesh.triangles;
+        for (const Vec3& p : mesh.points) inVoxels.points.push_back(p / voxelSize);
+        if (const auto tree = meshBand(inVoxels, halfWidth)) {
+            auto grid = openvdb::FloatGrid::create(tree);
+            grid->setGridClass(openvdb::GRID_LEVEL_SET);
+            return grid;
+        }
+    }
+    return meshToLevelSet(mesh, voxelSize, halfWidth, halfWidth);
+}
+
+namespace {
 
 Vec3 solidCentroid(const TriangleMesh& mesh, double& volume) {
     Vec3 sum(0, 0, 0);
@@ -131,11 +152,11 @@ CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, do
     const float band = float(std::ceil((kBand + kPartRadius) * perVoxel + 0.01));
     const Vec3 size = meshBounds(mesh).size();
     const float inside = deep ? std::max(band, float(std::ceil(0.5 * size.min() / f.voxelSize)) + 2) : band;
-    const openvdb::FloatGrid::Ptr grid = meshToLevelSet(mesh, f.voxelSize, band, inside);
-    if (grid->activeVoxelCount() == 0) throw RunError("an element's mesh left no voxels");
+    const openvdb::FloatTree::Ptr tree = widened(voxelizeBase(mesh, f.voxelSize, kResultBand)->tree(), band, inside);
+    if (tree->leafCount() == 0) throw RunError("an element's mesh left no voxels");
     f.centroid = solidCentroid(mesh, f.volume);
     f.bounds = meshBounds(mesh);
-    layOut(grid->tree(), band, inside, float(kBand * perVoxel + 0.01), f);
+    layOut(*tree, band, inside, float(kBand * perVoxel + 0.01), f);
     return f;
 }
 
@@ -210,22 +231,6 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
     }
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
     return tree;
-}
-
-openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize, float halfWidth) {
-    // In wide bands a triangle would meet too many voxels.
-    constexpr float kNarrow = 6;
-    if (halfWidth <= kNarrow) {
-        TriangleMesh inVoxels;
-        inVoxels.triangles = mesh.triangles;
-        for (const Vec3& p : mesh.points) inVoxels.points.push_back(p / voxelSize);
-        if (const auto tree = meshBand(inVoxels, halfWidth)) {
-            auto grid = openvdb::FloatGrid::create(tree);
-            grid->setGridClass(openvdb::GRID_LEVEL_SET);
-            return grid;
-        }
-    }
-    return meshToLevelSet(mesh, voxelSize, halfWidth, halfWidth);
 }
 
 }  // namespace pavel

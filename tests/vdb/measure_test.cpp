@@ -2,6 +2,8 @@
 
 #include "pavel/core/rng.h"
 #include "pavel/vdb/recovery_function.h"
+#include "pavel/vdb/redistance.h"
+#include "pavel/vdb/voxelize.h"
 #include "support/elements.h"
 
 namespace pavel {
@@ -48,6 +50,33 @@ TEST_P(BallVolume, IsMeasuredToATenthOfAPerCent) {
     EXPECT_NEAR(double(e[0].placedVoxels) / test::ballVolume(r), 1, 5e-3);
 }
 INSTANTIATE_TEST_SUITE_P(Radii, BallVolume, testing::Values(15.0, 30.0, 60.0));
+
+TEST(Widened, BandReachesAsFarAsAskedOnEachSide) {
+    const Vec3 half(30.3, 22.7, 18.4);
+    const auto narrow = voxelizeBase(test::box(-half, half), 1, kResultBand);
+    const auto tree = widened(narrow->tree(), 12, 9);
+    EXPECT_EQ(tree->background(), 12);
+    EXPECT_EQ(tree->getValue({0, 0, 0}), -9);
+    EXPECT_EQ(tree->getValue({60, 0, 0}), 12);
+    Rng rng(3, 0);
+    double sum = 0, most = 0;
+    constexpr int kPoints = 20000;
+    for (int i = 0; i < kPoints; ++i) {
+        Coord c;
+        Vec3 out, in;
+        for (int k = 0; k < 3; ++k) {
+            c[k] = int(rng.uniform(-half[k] - 14, half[k] + 14));
+            out[k] = std::max(0.0, std::abs(double(c[k])) - half[k]);
+            in[k] = std::abs(double(c[k])) - half[k];
+        }
+        const double exact = length(out) > 0 ? length(out) : in.max();
+        const double error = std::abs(double(tree->getValue(c)) - std::clamp(exact, -9.0, 12.0));
+        sum += error;
+        most = std::max(most, error);
+    }
+    EXPECT_LT(sum / kPoints, 0.03);
+    EXPECT_LT(most, 0.5);  // beyond the sharp corners
+}
 
 TEST(Voxelize, RotatedPlacementIsTheSameSolid) {
     const TriangleMesh box = test::box({-12, -8, 0}, {12, 8, 10});
