@@ -73,15 +73,15 @@ std::vector<double> densities(const Surface& surface, const SeedingOptions& seed
 
 /// The part of an offset surface whose feet on the base lie in the region.
 TriangleMesh aboveRegion(const TriangleMesh& offset, const Surface& base, const Surface& region, double distance) {
-    std::vector<char> keep(offset.triangles.size());
-    tbb::parallel_for(size_t(0), keep.size(), [&](size_t t) {
-        const Vec3 p = (offset.corner(t, 0) + offset.corner(t, 1) + offset.corner(t, 2)) / 3.0;
-        keep[t] = region.closest(p).distance < base.closest(p).distance + 1e-3 * distance;
+    std::vector<char> above(offset.points.size());
+    tbb::parallel_for(size_t(0), above.size(), [&](size_t i) {
+        const Vec3& p = offset.points[i];
+        above[i] = region.closest(p).distance < base.closest(p).distance + 1e-3 * distance;
     });
     TriangleMesh kept = offset;
     kept.triangles.clear();
-    for (size_t t = 0; t < keep.size(); ++t)
-        if (keep[t]) kept.triangles.push_back(offset.triangles[t]);
+    for (const Triangle& t : offset.triangles)
+        if (above[size_t(t[0])] + above[size_t(t[1])] + above[size_t(t[2])] >= 2) kept.triangles.push_back(t);
     removeUnusedVertices(kept);
     if (kept.triangles.empty()) throw InputError("seeding.offset: the offset surface has no point above the region");
     return kept;
@@ -251,7 +251,9 @@ SeedSet makeSeeds(const TriangleMesh& base, const std::vector<ElementKind>& kind
         std::unique_ptr<Surface> whole;
         if (offset > 0 && !input.offsetSurface.triangles.empty()) {
             whole = std::make_unique<Surface>(base);
-            TriangleMesh above = aboveRegion(input.offsetSurface, *whole, surface, offset);
+            const bool everywhere = surface.area() > (1 - 1e-9) * whole->area();
+            TriangleMesh above =
+                everywhere ? input.offsetSurface : aboveRegion(input.offsetSurface, *whole, surface, offset);
             subdivideLongEdges(above, kLongestEdge * std::max(spacing, 1e-3 * meshBounds(above).diagonal()));
             const std::vector<SurfacePoint> sampled = sample(Surface(std::move(above)));
             points = feet(sampled, *whole, offset, density);
