@@ -1,6 +1,7 @@
 #include "pavel/seeding/stripe_pattern.h"
 
-#include <Eigen/Sparse>
+#include <Eigen/LU>
+#include <Eigen/SparseCore>
 #include <cmath>
 
 #include "pavel/core/error.h"
@@ -31,19 +32,86 @@ Step stepAlong(const DirectionField& field, size_t t, int k, double turned, doub
     return s;
 }
 
-/// Solves L^T x = x for a lower triangle without its diagonal of ones. The library adds up each row's terms one after
-/// the other, and waits.
-void solveTransposed(const Matrix& l, Eigen::VectorXd& x) {
-    for (Eigen::Index row = l.cols(); row-- > 0;) {
-        double sums[4] = {};
-        int at = l.outerIndexPtr()[row];
-        const int end = l.outerIndexPtr()[row + 1];
-        for (; at + 4 <= end; at += 4)
-            for (int k = 0; k < 4; ++k) sums[k] += l.valuePtr()[at + k] * x[l.innerIndexPtr()[at + k]];
-        for (; at < end; ++at) sums[0] += l.valuePtr()[at] * x[l.innerIndexPtr()[at]];
-        x[row] -= (sums[0] + sums[1]) + (sums[2] + sums[3]);
+/// A = L D L^T in blocks of 2 x 2, row after row (T. A. Davis, Algorithm 849: a concise sparse Cholesky factorization
+/// package, 2005): several times as fast as the library's way along single entries.
+class BlockFactor {
+  public:
+    /// @param a symmetric, positive definite, its entries in full blocks; ordered so that little fills in
+    explicit BlockFactor(const Matrix& a) : start_(size_t(a.cols()) / 2 + 1, 0), inverse_(size_t(a.cols()) / 2) {
+        const size_t count = inverse_.size();
+        const int n = int(count);
+        const int* rows = a.innerIndexPtr();
+        const auto begin = [&](int c) { return a.outerIndexPtr()[2 * c]; };
+        const auto end = [&](int c) { return a.outerIndexPtr()[2 * c + 1]; };
+        std::vector<int> parent(count, -1), mark(count, -1);
+        for (int k = 0; k < n; ++k) {
+            mark[size_t(k)] = k;
+            for (int p = begin(k); p < end(k) && rows[p] < 2 * k; p += 2)
+                for (size_t i = size_t(rows[p] / 2); mark[i] != k; i = size_t(parent[i])) {
+                    if (parent[i] < 0) parent[i] = k;
+                    ++start_[i + 1];
+                    mark[i] = k;
+                }
+        }
+        for (size_t c = 0; c < count; ++c) start_[c + 1] += start_[c];
+        row_.resize(start_.back());
+        block_.resize(start_.back());
+        std::vector<size_t> next(start_.begin(), start_.end() - 1);
+        std::vector<int> pattern(count), path;
+        std::vector<Eigen::Matrix2d> y(count, Eigen::Matrix2d::Zero());
+        mark.assign(count, -1);
+        for (int k = 0; k < n; ++k) {
+            size_t top = count;
+            mark[size_t(k)] = k;
+            for (int p = begin(k); p < end(k) && rows[p] <= 2 * k; p += 2) {
+                const int q = p + end(k) - begin(k);  // the same rows in the right column
+                y[size_t(rows[p] / 2)] << a.valuePtr()[p], a.valuePtr()[q], a.valuePtr()[p + 1], a.valuePtr()[q + 1];
+                path.clear();
+                for (int i = rows[p] / 2; mark[size_t(i)] != k; i = parent[size_t(i)]) {
+                    path.push_back(i);
+                    mark[size_t(i)] = k;
+                }
+                while (!path.empty()) pattern[--top] = path.back(), path.pop_back();
+            }
+            Eigen::Matrix2d d = y[size_t(k)];
+            y[size_t(k)].setZero();
+            for (; top < count; ++top) {
+                const size_t i = size_t(pattern[top]);
+                const Eigen::Matrix2d yi = y[i];
+                y[i].setZero();
+                for (size_t p = start_[i]; p < next[i]; ++p) y[size_t(row_[p])].noalias() -= block_[p] * yi;
+                const Eigen::Matrix2d l = yi.transpose() * inverse_[i];
+                d.noalias() -= l * yi;
+                row_[next[i]] = k;
+                block_[next[i]++] = l;
+            }
+            if (!(d(0, 0) > 0 && d.determinant() > 0)) throw RunError("the stripes' equations could not be solved");
+            inverse_[size_t(k)] = d.inverse();
+        }
     }
-}
+
+    /// Replaces x by the solution of A y = x.
+    void solve(Eigen::VectorXd& x) const {
+        const size_t n = inverse_.size();
+        const auto at = [&](size_t v) { return x.segment<2>(Eigen::Index(2 * v)); };
+        for (size_t c = 0; c < n; ++c) {
+            const Eigen::Vector2d own = at(c);
+            for (size_t p = start_[c]; p < start_[c + 1]; ++p) at(size_t(row_[p])).noalias() -= block_[p] * own;
+        }
+        for (size_t c = n; c-- > 0;) {
+            Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+            for (size_t p = start_[c]; p < start_[c + 1]; ++p)
+                sum.noalias() += block_[p].transpose() * at(size_t(row_[p]));
+            const Eigen::Vector2d own = inverse_[c] * at(c);
+            at(c) = own - sum;
+        }
+    }
+
+  private:
+    std::vector<size_t> start_;  // of each column of blocks
+    std::vector<int> row_;
+    std::vector<Eigen::Matrix2d> block_, inverse_;  // of L below its diagonal; of D's blocks
+};
 
 }  // namespace
 
@@ -86,11 +154,13 @@ std::vector<TrianglePhases> StripeSolver::solve(double turned, double spacing) c
     constexpr double kStill = 1e-4;
     const double shift = std::pow(kReach * frequency, 2);
     for (Eigen::Index v = 0; v < n; ++v)
-        for (int d = 0; d < 2; ++d) entries.emplace_back(2 * v + d, 2 * v + d, shift * mass_[size_t(v)] + 1e-14);
+        for (int d = 0; d < 2; ++d) {
+            entries.emplace_back(2 * v + d, 2 * v + d, shift * mass_[size_t(v)] + 1e-14);
+            entries.emplace_back(2 * v + d, 2 * v + 1 - d, 0);  // a full block
+        }
     Matrix a(2 * n, 2 * n);
     a.setFromTriplets(entries.begin(), entries.end());
-    Eigen::SimplicialLDLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>> solver(a);
-    if (solver.info() != Eigen::Success) throw RunError("the stripes' equations could not be solved");
+    const BlockFactor factor(a);
 
     Eigen::VectorXd x(2 * n), mass(2 * n);
     for (Eigen::Index v = 0; v < n; ++v) {
@@ -98,13 +168,10 @@ std::vector<TrianglePhases> StripeSolver::solve(double turned, double spacing) c
         x(2 * v) = std::cos(angle), x(2 * v + 1) = std::sin(angle);
         mass(2 * v) = mass(2 * v + 1) = mass_[size_t(v)];
     }
-    const Eigen::VectorXd diagonal = solver.vectorD();
     for (int step = 0; step < kSteps; ++step) {
         const Eigen::VectorXd before = x;
         x = mass.cwiseProduct(x);
-        solver.matrixL().solveInPlace(x);
-        x = x.cwiseQuotient(diagonal);
-        solveTransposed(solver.matrixL().nestedExpression(), x);
+        factor.solve(x);
         for (Eigen::Index v = 0; v < n; ++v) {
             const double l = std::hypot(x(2 * v), x(2 * v + 1));
             if (l > 0) x.segment<2>(2 * v) /= l;
