@@ -40,6 +40,14 @@ json parseJson(const std::string& text, const std::string& name) {
     }
 }
 
+/// A value as one types it: text needs no quotes, and .5 is a number, too.
+json typedValue(const std::string& text) {
+    std::string number = text;
+    const size_t point = number.find_first_not_of("-");
+    if (point != std::string::npos && number[point] == '.') number.insert(point, "0");
+    return json::accept(number) ? json::parse(number) : json(text);
+}
+
 void applyOverride(json& root, const std::string& text) {
     const size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0) throw InputError("--set " + text + ": write key.path=value");
@@ -66,7 +74,7 @@ void applyOverride(json& root, const std::string& text) {
     if (value == "null" && parent)
         parent->erase(key);
     else
-        *at = json::accept(value) ? json::parse(value) : json(value);
+        *at = typedValue(value);
 }
 
 /// Keys of a shape's parameters; unknown ones are errors of the caller's reader.

@@ -4,204 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <memory>
-#include <new>
+
+#include "pavel/vdb/foot_points.h"
 
 namespace pavel {
 namespace {
 
 /// Largest window, in blocks a side; the outer layer is halo.
 constexpr int kMostBlocks = 20;
-/// Nearer to both fields than this, a voxel may have its foot on the crease between them.
-constexpr float kCrease = 1.8f;
-/// Farther from a voxel than this, no foot point is looked for.
-constexpr float kFarthest = 1.75f;
-
-struct Foot {
-    Vec3f point, along;  ///< unit normal of the surface, or direction of the crease
-    bool onCrease;
-};
-
-/// Values of one block: own and, where a second field cuts it, clip; null where `tile` stands for all.
-struct BlockValues {
-    const float *own = nullptr, *clip = nullptr;
-    float tile = kBand;
-
-    bool inside(int v) const { return own ? (own[v] < 0) & (!clip || clip[v] < 0) : tile < 0; }
-};
-
-float dotf(const Vec3f& a, const Vec3f& b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/// Nearest point of the line in which two planes meet: p - a n - b m.
-bool crease(const Vec3f& p, float dn, const Vec3f& n, float dm, const Vec3f& m, Foot& foot) {
-    const float c = dotf(n, m), det = 1 - c * c;
-    if (det < 0.05f) return false;
-    const float a = (dn - c * dm) / det, b = (dm - c * dn) / det;
-    foot.point = p - n * a - m * b;
-    if ((foot.point - p).sqrnorm() > 4) return false;
-    foot.along = Vec3f(n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]);
-    foot.along /= foot.along.norm();
-    foot.onCrease = true;
-    return true;
-}
-
-/// Where both fields are negative, for rows of 16: bit z.
-PAVEL_WIDE void markInside(const float* own, const float* clip, int rows, unsigned* inside) {
-    for (int row = 0; row < rows; ++row, own += 16, clip += 16) {
-        unsigned bits = 0;
-        PAVEL_ROLLED
-        for (int z = 0; z < 16; ++z) bits |= unsigned((own[z] < 0) & (clip[z] < 0)) << z;
-        inside[row] = bits;
-    }
-}
-
-/// The fields of one block and three voxels around it, and the foot points of its voxels beside the surface. Places
-/// are those of this box; the block begins at kHalo.
-class Patch {
-  public:
-    static constexpr int kHalo = 3, kSide = 8 + 2 * kHalo, kRow = 16, kSlab = kSide * kRow, kCount = kSide * kSlab;
-
-    /// source(dx, dy, dz): the blocks around, each -1, 0 or 1.
-    template <class Source>
-    void load(const Source& source) {
-        for (int part = 0; part < 27; ++part) {
-            const int x = part / 9 - 1, y = part / 3 % 3 - 1, z = part % 3 - 1;
-            const BlockValues& f = source(x, y, z);
-            if (z < 0)
-                copyIn<8 - kHalo, kHalo>(f, x, y);
-            else if (z == 0)
-                copyIn<0, 8>(f, x, y);
-            else
-                copyIn<0, kHalo>(f, x, y);
-        }
-        markInside(own_, clip_, kSide * kSide, inside_);
-    }
-
-    /// Voxels of row (x, y) of the block that have a face neighbour on the other side: bit z.
-    unsigned crossing(int x, int y) const {
-        const int row = (x + kHalo) * kSide + y + kHalo;
-        const unsigned m = inside_[row];
-        return ((m ^ m << 1) | (m ^ m >> 1) | (m ^ inside_[row - kSide]) | (m ^ inside_[row + kSide]) |
-                (m ^ inside_[row - 1]) | (m ^ inside_[row + 1])) >>
-                   kHalo &
-               0xff;
-    }
-
-    void findFoot(int x, int y, int z, Foot& foot) const {
-        const int i = index(x, y, z);
-        const Vec3f p{float(x), float(y), float(z)};
-        const float own = own_[i], clip = clip_[i];
-        foot.onCrease = false;
-        const bool ownFirst = own >= clip;
-        const float *first = ownFirst ? own_ : clip_, *second = ownFirst ? clip_ : own_;
-        const bool landed = dropOnto(first, i, p, foot.point, foot.along);
-        if (std::min(own, clip) < -kCrease) {  // one field alone decides here
-            if (!landed) stepAcross(i, p, foot);
-            return;
-        }
-        if (landed && trilinear(second, foot.point) <= 0) return;
-        // The foot on one surface is cut away by the other.
-        Vec3f point, normal;
-        if (landed && dropOnto(second, i, p, point, normal)) {
-            const float dn = dotf(p - foot.point, foot.along), dm = dotf(p - point, normal);
-            if (std::max(own, clip) < 0 && trilinear(first, point) <= 0) {
-                foot.point = point, foot.along = normal;
-                return;
-            }
-            if (crease(p, dn, foot.along, dm, normal, foot)) return;
-        }
-        stepAcross(i, p, foot);
-    }
-
-  private:
-    static constexpr int index(int x, int y, int z) { return x * kSlab + y * kRow + z; }
-
-    /// `kZ` voxels of each row from `kFrom` on, of the block at place (x, y) of three by three.
-    template <int kFrom, int kZ>
-    void copyIn(const BlockValues& f, int x, int y) {
-        const auto from = [](int k) { return k < 0 ? 8 - kHalo : 0; };
-        const auto to = [](int k) { return k > 0 ? kHalo : 8; };
-        const int z = kFrom > 0 ? 0 : kZ == 8 ? kHalo : kHalo + 8;
-        for (int u = from(x); u < to(x); ++u)
-            for (int v = from(y); v < to(y); ++v) {
-                const int row = u * 64 + v * 8 + kFrom, at = index(8 * x + kHalo + u, 8 * y + kHalo + v, z);
-                for (int i = 0; i < kZ; ++i) own_[at + i] = f.own ? f.own[row + i] : f.tile;
-                for (int i = 0; i < kZ; ++i) clip_[at + i] = f.clip ? f.clip[row + i] : -kBand;
-            }
-    }
-
-    static float trilinear(const float* field, const Vec3f& p) {
-        const int x = int(p[0]), y = int(p[1]), z = int(p[2]);
-        const float u = p[0] - float(x), v = p[1] - float(y), w = p[2] - float(z);
-        const float* f = field + index(x, y, z);
-        const float *g = f + kRow, *h = f + kSlab, *k = h + kRow;
-        const float a = (f[0] * (1 - w) + f[1] * w) * (1 - v) + (g[0] * (1 - w) + g[1] * w) * v;
-        const float b = (h[0] * (1 - w) + h[1] * w) * (1 - v) + (k[0] * (1 - w) + k[1] * w) * v;
-        return a * (1 - u) + b * u;
-    }
-
-    /// Point of the field's zero set along its gradient. Normal: unit gradient.
-    static bool dropOnto(const float* field, int i, const Vec3f& p, Vec3f& point, Vec3f& normal) {
-        const float* f = field + i;
-        const float f0 = *f;
-        normal = {0.5f * (f[kSlab] - f[-kSlab]), 0.5f * (f[kRow] - f[-kRow]), 0.5f * (f[1] - f[-1])};
-        const float l = normal.norm();
-        if (l < 0.1f) return false;
-        normal /= l;
-        const Vec3f toward = f0 < 0 ? normal : -normal;
-        // First the step that the slope asks for, then the secant between the two.
-        float lo = 0, fLo = f0, hi = std::min(1.2f * std::abs(f0) / l + 0.1f, kFarthest), fHi = 0;
-        bool found = false;
-        for (int it = 0; it < 3 && !found; ++it) {
-            fHi = trilinear(field, p + toward * hi);
-            found = (fHi < 0) != (f0 < 0);
-            if (!found) {
-                if (hi >= kFarthest) return false;
-                lo = hi, fLo = fHi, hi = std::min(2 * hi + 0.2f, kFarthest);
-            }
-        }
-        if (!found) return false;
-        float s = hi;
-        for (int it = 0; it < 3; ++it) {
-            s = lo + (hi - lo) * fLo / (fLo - fHi);
-            const float value = trilinear(field, p + toward * s);
-            if (std::abs(value) < 1e-3f) break;
-            if ((value < 0) == (f0 < 0))
-                lo = s, fLo = value;
-            else
-                hi = s, fHi = value;
-        }
-        point = p + toward * s;
-        return true;
-    }
-
-    /// Where the gradient helps nothing: the crossing of an axis that comes soonest.
-    void stepAcross(int i, const Vec3f& p, Foot& foot) const {
-        const auto phi = [&](int at) { return std::max(own_[at], clip_[at]); };
-        const float f0 = phi(i);
-        constexpr int step[3] = {kSlab, kRow, 1};
-        float best = 2;
-        foot.onCrease = false;
-        for (int k = 0; k < 3; ++k)
-            for (int sign = -1; sign <= 1; sign += 2) {
-                const float f1 = phi(i + sign * step[k]);
-                if ((f1 < 0) == (f0 < 0)) continue;
-                const float t = f0 / (f0 - f1);
-                if (t >= best) continue;
-                best = t;
-                foot.point = p;
-                foot.point[k] += float(sign) * t;
-                foot.along = Vec3f(0, 0, 0);
-                foot.along[k] = f0 < 0 ? float(sign) : -float(sign);
-            }
-    }
-
-    float own_[kCount] = {}, clip_[kCount] = {};
-    unsigned inside_[kSide * kSide];
-};
 
 /// A box of blocks. Only those in the band hold voxels: a slot of 512 each, index slot * 512 + voxel of the leaf.
 class Window {
@@ -328,7 +139,10 @@ class Window {
     /// Places of feet count from the first block that is not closed.
     void findFeet(int bx, int by, int bz) {
         const int b = block(bx, by, bz);
-        patch_.load([&](int x, int y, int z) -> const BlockValues& { return source_[size_t(b + block(x, y, z))]; });
+        const BlockValues* around[27];
+        for (int part = 0; part < 27; ++part)
+            around[part] = &source_[size_t(b + block(part / 9 - 1, part / 3 % 3 - 1, part % 3 - 1))];
+        patch_.load(around);
         const Vec3f shift(float(8 * bx - 8 - Patch::kHalo), float(8 * by - 8 - Patch::kHalo),
                           float(8 * bz - 8 - Patch::kHalo));
         for (int x = 0; x < 8; ++x)
@@ -338,8 +152,7 @@ class Window {
                 const int first = slotAt(b) * 512 + x * 64 + y * 8;
                 for (int z = 0; z < 8; ++z) {
                     if (!(row >> z & 1)) continue;
-                    Foot foot;
-                    patch_.findFoot(x + Patch::kHalo, y + Patch::kHalo, z + Patch::kHalo, foot);
+                    Foot foot = patch_.findFoot(x + Patch::kHalo, y + Patch::kHalo, z + Patch::kHalo);
                     const Vec3f at(float(x + Patch::kHalo), float(y + Patch::kHalo), float(z + Patch::kHalo));
                     voxels_[size_t(first + z)] = {(at - foot.point).sqrnorm(), int(feet_.size())};
                     foot.point += shift;
@@ -452,6 +265,19 @@ typename Tree::Ptr treeOf(const std::vector<std::vector<typename Tree::LeafNodeT
     return tree;
 }
 
+/// A tree's blocks, for a window.
+template <class Reader>
+auto valuesOf(const Reader& reader) {
+    return [&reader](const Coord& origin) {
+        BlockValues f;
+        if (const auto* leaf = reader.probeConstLeaf(origin))
+            f.own = leaf->buffer().data();
+        else
+            f.tile = reader.getValue(origin);
+        return f;
+    };
+}
+
 /// Windows on a fixed lattice wherever the tree has leaves.
 template <class Tree>
 typename Tree::Ptr redistancedTree(const Tree& raw) {
@@ -475,14 +301,7 @@ typename Tree::Ptr redistancedTree(const Tree& raw) {
     std::vector<std::vector<Leaf*>> made(origins.size());
     tbb::parallel_for(size_t(0), origins.size(), [&](size_t k) {
         const openvdb::tree::ValueAccessor<const Tree, false> reader(raw);
-        made[k] = solvePart<Leaf>(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, kResultBand, [&](const Coord& origin) {
-            BlockValues f;
-            if (const Leaf* leaf = reader.probeConstLeaf(origin))
-                f.own = leaf->buffer().data();
-            else
-                f.tile = reader.getValue(origin);
-            return f;
-        });
+        made[k] = solvePart<Leaf>(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, kResultBand, valuesOf(reader));
     });
     return treeOf<Tree>(made, kResultBand);
 }
@@ -499,15 +318,7 @@ openvdb::FloatTree::Ptr widened(const openvdb::FloatTree& narrow, float outside,
     const std::array<int, 3> blocks{(hi[0] - lo[0]) / 8, (hi[1] - lo[1]) / 8, (hi[2] - lo[2]) / 8};
     const BaseReader reader(narrow);
     Window window;
-    if (!window.load(lo, blocks, outside, inside, [&](const Coord& origin) {
-            BlockValues f;
-            if (const auto* leaf = reader.probeConstLeaf(origin))
-                f.own = leaf->buffer().data();
-            else
-                f.tile = reader.getValue(origin);
-            return f;
-        }))
-        return tree;
+    if (!window.load(lo, blocks, outside, inside, valuesOf(reader))) return tree;
     window.solve();
     float d[512];
     for (int x = 0; x < blocks[0]; ++x)

@@ -74,6 +74,7 @@ TEST(SceneJson, OverridesWin) {
     EXPECT_FALSE(s.voxelSize);
     EXPECT_EQ(*s.resolution, 50);
     EXPECT_EQ(s.output.mesh, std::vector<std::string>{"stl"});
+    EXPECT_EQ(parse(kScene, {"material.a=.05"}).material.a, 0.05);
 }
 
 TEST(SceneJson, ErrorsNameTheKeyAndTheMend) {

@@ -1,0 +1,164 @@
+#include "pavel/vdb/foot_points.h"
+
+#include <algorithm>
+
+namespace pavel {
+namespace {
+
+/// Nearer to both fields than this, a voxel may have its foot on the crease between them.
+constexpr float kCrease = 1.8f;
+/// Farther from a voxel than this, no foot point is looked for.
+constexpr float kFarthest = 1.75f;
+
+constexpr int placeOf(int x, int y, int z) {
+    return x * Patch::kSlab + y * Patch::kRow + z;
+}
+
+/// Nearest point of the line in which two planes meet: p - a n - b m.
+bool crease(const Vec3f& p, float dn, const Vec3f& n, float dm, const Vec3f& m, Foot& foot) {
+    const float c = dotf(n, m), det = 1 - c * c;
+    if (det < 0.05f) return false;
+    const float a = (dn - c * dm) / det, b = (dm - c * dn) / det;
+    foot.point = p - n * a - m * b;
+    if ((foot.point - p).sqrnorm() > 4) return false;
+    foot.along = Vec3f(n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]);
+    foot.along /= foot.along.norm();
+    foot.onCrease = true;
+    return true;
+}
+
+/// Where both fields are negative, for rows of 16: bit z.
+PAVEL_WIDE void markInside(const float* own, const float* clip, int rows, unsigned* inside) {
+    for (int row = 0; row < rows; ++row, own += 16, clip += 16) {
+        unsigned bits = 0;
+        PAVEL_ROLLED
+        for (int z = 0; z < 16; ++z) bits |= unsigned((own[z] < 0) & (clip[z] < 0)) << z;
+        inside[row] = bits;
+    }
+}
+
+float trilinear(const float* field, const Vec3f& p) {
+    const int x = int(p[0]), y = int(p[1]), z = int(p[2]);
+    const float u = p[0] - float(x), v = p[1] - float(y), w = p[2] - float(z);
+    const float* f = field + placeOf(x, y, z);
+    const float *g = f + Patch::kRow, *h = f + Patch::kSlab, *k = h + Patch::kRow;
+    const float a = (f[0] * (1 - w) + f[1] * w) * (1 - v) + (g[0] * (1 - w) + g[1] * w) * v;
+    const float b = (h[0] * (1 - w) + h[1] * w) * (1 - v) + (k[0] * (1 - w) + k[1] * w) * v;
+    return a * (1 - u) + b * u;
+}
+
+/// Point of the field's zero set along its gradient. Normal: unit gradient.
+bool dropOnto(const float* field, int i, const Vec3f& p, Vec3f& point, Vec3f& normal) {
+    const float* f = field + i;
+    const float f0 = *f;
+    normal = {0.5f * (f[Patch::kSlab] - f[-Patch::kSlab]), 0.5f * (f[Patch::kRow] - f[-Patch::kRow]),
+              0.5f * (f[1] - f[-1])};
+    const float l = normal.norm();
+    if (l < 0.1f) return false;
+    normal /= l;
+    const Vec3f toward = f0 < 0 ? normal : -normal;
+    // First the step that the slope asks for, then the secant between the two.
+    float lo = 0, fLo = f0, hi = std::min(1.2f * std::abs(f0) / l + 0.1f, kFarthest), fHi = 0;
+    bool found = false;
+    for (int it = 0; it < 3 && !found; ++it) {
+        fHi = trilinear(field, p + toward * hi);
+        found = (fHi < 0) != (f0 < 0);
+        if (!found) {
+            if (hi >= kFarthest) return false;
+            lo = hi, fLo = fHi, hi = std::min(2 * hi + 0.2f, kFarthest);
+        }
+    }
+    if (!found) return false;
+    float s = hi;
+    for (int it = 0; it < 3; ++it) {
+        s = lo + (hi - lo) * fLo / (fLo - fHi);
+        const float value = trilinear(field, p + toward * s);
+        if (std::abs(value) < 1e-3f) break;
+        if ((value < 0) == (f0 < 0))
+            lo = s, fLo = value;
+        else
+            hi = s, fHi = value;
+    }
+    point = p + toward * s;
+    return true;
+}
+
+}  // namespace
+
+/// `kZ` voxels of each row from `kFrom` on, of the block at place (x, y) of three by three.
+template <int kFrom, int kZ>
+void Patch::copyIn(const BlockValues& f, int x, int y) {
+    const auto from = [](int k) { return k < 0 ? 8 - kHalo : 0; };
+    const auto to = [](int k) { return k > 0 ? kHalo : 8; };
+    const int z = kFrom > 0 ? 0 : kZ == 8 ? kHalo : kHalo + 8;
+    for (int u = from(x); u < to(x); ++u)
+        for (int v = from(y); v < to(y); ++v) {
+            const int row = u * 64 + v * 8 + kFrom, at = placeOf(8 * x + kHalo + u, 8 * y + kHalo + v, z);
+            for (int i = 0; i < kZ; ++i) own_[at + i] = f.own ? f.own[row + i] : f.tile;
+            for (int i = 0; i < kZ; ++i) clip_[at + i] = f.clip ? f.clip[row + i] : -kBand;
+        }
+}
+
+void Patch::load(const BlockValues* const around[27]) {
+    for (int part = 0; part < 27; ++part) {
+        const int x = part / 9 - 1, y = part / 3 % 3 - 1, z = part % 3 - 1;
+        if (z < 0)
+            copyIn<8 - kHalo, kHalo>(*around[part], x, y);
+        else if (z == 0)
+            copyIn<0, 8>(*around[part], x, y);
+        else
+            copyIn<0, kHalo>(*around[part], x, y);
+    }
+    markInside(own_, clip_, kSide * kSide, inside_);
+}
+
+Foot Patch::findFoot(int x, int y, int z) const {
+    Foot foot;
+    const int i = placeOf(x, y, z);
+    const Vec3f p{float(x), float(y), float(z)};
+    const float own = own_[i], clip = clip_[i];
+    foot.onCrease = false;
+    const bool ownFirst = own >= clip;
+    const float *first = ownFirst ? own_ : clip_, *second = ownFirst ? clip_ : own_;
+    const bool landed = dropOnto(first, i, p, foot.point, foot.along);
+    if (std::min(own, clip) < -kCrease) {  // one field alone decides here
+        if (!landed) stepAcross(i, p, foot);
+        return foot;
+    }
+    if (landed && trilinear(second, foot.point) <= 0) return foot;
+    // The foot on one surface is cut away by the other.
+    Vec3f point, normal;
+    if (landed && dropOnto(second, i, p, point, normal)) {
+        const float dn = dotf(p - foot.point, foot.along), dm = dotf(p - point, normal);
+        if (std::max(own, clip) < 0 && trilinear(first, point) <= 0) {
+            foot.point = point, foot.along = normal;
+            return foot;
+        }
+        if (crease(p, dn, foot.along, dm, normal, foot)) return foot;
+    }
+    stepAcross(i, p, foot);
+    return foot;
+}
+
+/// Where the gradient helps nothing: the crossing of an axis that comes soonest.
+void Patch::stepAcross(int i, const Vec3f& p, Foot& foot) const {
+    const auto phi = [&](int at) { return std::max(own_[at], clip_[at]); };
+    const float f0 = phi(i);
+    constexpr int step[3] = {kSlab, kRow, 1};
+    float best = 2;
+    foot.onCrease = false;
+    for (int k = 0; k < 3; ++k)
+        for (int sign = -1; sign <= 1; sign += 2) {
+            const float f1 = phi(i + sign * step[k]);
+            if ((f1 < 0) == (f0 < 0)) continue;
+            const float t = f0 / (f0 - f1);
+            if (t >= best) continue;
+            best = t;
+            foot.point = p;
+            foot.point[k] += float(sign) * t;
+            foot.along = Vec3f(0, 0, 0);
+            foot.along[k] = f0 < 0 ? float(sign) : -float(sign);
+        }
+}
+
+}  // namespace pavel
