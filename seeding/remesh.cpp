@@ -211,8 +211,10 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
     spacing_ = spacing;
     fit_ = kFitFine;
     settle(24, span(0.5, 0.95));
-    flipEdges(false);
-    improveWorst();
+    for (int round = 0; round < 3; ++round) {
+        flipEdges(false);
+        improveWorst();
+    }
     placeVertices();
     Remeshed out;
     std::vector<int> kept;
