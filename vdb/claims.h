@@ -41,7 +41,6 @@ class ClaimMap {
     ClaimBlock* block(const Coord& origin);
     /// Frees all blocks; pointers to them are void.
     void clear();
-    const ElementIndex& index() const { return index_; }
 
   private:
     std::unique_ptr<ClaimBlock> make(const Coord& origin) const;

@@ -85,30 +85,12 @@ bool dropOnto(const float* field, int i, const Vec3f& p, Vec3f& point, Vec3f& no
 
 }  // namespace
 
-/// `kZ` voxels of each row from `kFrom` on, of the block at place (x, y) of three by three.
-template <int kFrom, int kZ>
-void Patch::copyIn(const BlockValues& f, int x, int y) {
-    const auto from = [](int k) { return k < 0 ? 8 - kHalo : 0; };
-    const auto to = [](int k) { return k > 0 ? kHalo : 8; };
-    const int z = kFrom > 0 ? 0 : kZ == 8 ? kHalo : kHalo + 8;
-    for (int u = from(x); u < to(x); ++u)
-        for (int v = from(y); v < to(y); ++v) {
-            const int row = u * 64 + v * 8 + kFrom, at = placeOf(8 * x + kHalo + u, 8 * y + kHalo + v, z);
-            for (int i = 0; i < kZ; ++i) own_[at + i] = f.own ? f.own[row + i] : f.tile;
-            for (int i = 0; i < kZ; ++i) clip_[at + i] = f.clip ? f.clip[row + i] : -kBand;
-        }
-}
-
 void Patch::load(const BlockValues* const around[27]) {
-    for (int part = 0; part < 27; ++part) {
-        const int x = part / 9 - 1, y = part / 3 % 3 - 1, z = part % 3 - 1;
-        if (z < 0)
-            copyIn<8 - kHalo, kHalo>(*around[part], x, y);
-        else if (z == 0)
-            copyIn<0, 8>(*around[part], x, y);
-        else
-            copyIn<0, kHalo>(*around[part], x, y);
-    }
+    forEachRowAround<kHalo, kHalo, kRow>([&](int part, int row, int at, auto n) {
+        const BlockValues& f = *around[part];
+        for (int i = 0; i < n; ++i) own_[at + i] = f.own ? f.own[row + i] : f.tile;
+        for (int i = 0; i < n; ++i) clip_[at + i] = f.clip ? f.clip[row + i] : -kBand;
+    });
     markInside(own_, clip_, kSide * kSide, inside_);
 }
 

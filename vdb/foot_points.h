@@ -42,8 +42,6 @@ class Patch {
     Foot findFoot(int x, int y, int z) const;
 
   private:
-    template <int kFrom, int kZ>
-    void copyIn(const BlockValues& f, int x, int y);
     void stepAcross(int i, const Vec3f& p, Foot& foot) const;
 
     float own_[kCount] = {}, clip_[kCount] = {};

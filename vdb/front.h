@@ -17,9 +17,8 @@ enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody, kInn
 /// 4^3 voxels that the front touched.
 struct GrowthCell {
     static constexpr int kCount = 64;
-    float time[kCount];  ///< arrival time, negative in the body; the largest float where there is none
-    float
-        contact[kCount];  ///< distance to the contact rims, negative where not asked for yet; inner voxels: their scale
+    float time[kCount];     ///< arrival time, negative in the body; the largest float where there is none
+    float contact[kCount];  ///< distance to the rims, negative where not asked for yet; of inner voxels: their scale
     uint8_t state[kCount];
 };
 
@@ -103,7 +102,6 @@ class Front {
     /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
     /// away from the rim. `trusted`: how near to the rim phi still tells the angle.
     double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim, double trusted) const;
-    double speedAt(double contact) const;
     /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the
     /// zero set of a product with it would be pitted.
     double scaleFor(double contact) const;
@@ -112,8 +110,6 @@ class Front {
         return cell.state[i] == kInner ? double(cell.contact[i]) : cell.contact[i] >= 0 ? scaleFor(cell.contact[i]) : 0;
     }
     GrowthBlock* probe(const Coord& origin) const;
-    /// Neighbouring voxel: its block (null where there is none) and index.
-    static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n);
 
     const WorkElement& element;
     std::deque<GrowthBlock> blocks;
@@ -133,8 +129,11 @@ class Front {
         bool operator<(const Arrival& o) const { return time != o.time ? time > o.time : voxel > o.voxel; }
     };
     GrowthBlock* make(const Coord& origin);
+    /// Neighbouring voxel: its block (null where there is none) and index.
+    static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n);
     GrowthBlock* stepOrMake(GrowthBlock* block, int v, int side, int& n);
     double arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const;
+    double speedAt(double contact) const;
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;
     double wedgeReach() const { return std::min(4.0, 0.7 * a * element.size); }

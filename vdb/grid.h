@@ -75,4 +75,27 @@ void forEachBlock(const CoordBBox& box, F f) {
             for (int z = lo[2]; z <= hi[2]; z += 8) f(Coord(x, y, z));
 }
 
+/// For a box that holds a block, kBefore voxels before it and kAfter beyond, in rows that are kRow apart: calls
+/// f(part, row, at, n) for every piece of a row, whose n values (n is a constant) begin at `row` in a leaf and at `at`
+/// in the box. part: the block, number 13, and its neighbours, x slowest.
+template <int kBefore, int kAfter, int kRow, class F>
+void forEachRowAround(F f) {
+    constexpr int kSide = kBefore + 8 + kAfter;
+    const auto pieces = [&](int x, int y, int z, int at, auto first, auto n) {
+        const auto from = [](int k) { return k < 0 ? 8 - kBefore : 0; };
+        const auto to = [](int k) { return k > 0 ? kAfter : 8; };
+        for (int u = from(x); u < to(x); ++u)
+            for (int v = from(y); v < to(y); ++v)
+                f((x + 1) * 9 + (y + 1) * 3 + z + 1, u * 64 + v * 8 + first,
+                  ((8 * x + kBefore + u) * kSide + 8 * y + kBefore + v) * kRow + at, n);
+    };
+    using std::integral_constant;
+    for (int x = -1; x <= 1; ++x)
+        for (int y = -1; y <= 1; ++y) {
+            pieces(x, y, -1, 0, integral_constant<int, 8 - kBefore>(), integral_constant<int, kBefore>());
+            pieces(x, y, 0, kBefore, integral_constant<int, 0>(), integral_constant<int, 8>());
+            pieces(x, y, 1, kBefore + 8, integral_constant<int, 0>(), integral_constant<int, kAfter>());
+        }
+}
+
 }  // namespace pavel

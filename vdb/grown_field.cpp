@@ -52,21 +52,40 @@ class Nodes {
 
     /// @param blocks of the front, by number
     Nodes(const Front& front, const std::vector<FrontBlock>& blocks, const Coord& block) {
+        struct Source {
+            const FrontBlock* front = nullptr;  // or else
+            const float* phi = nullptr;         // or else
+            float tile = 0;
+        } sources[27];
         const WorkTree& placed = *front.element.placed;
         for (int part = 0; part < 27; ++part) {
-            const int x = part / 9 - 1, y = part / 3 % 3 - 1, z = part % 3 - 1;
-            const Coord at = block.offsetBy(8 * x, 8 * y, 8 * z);
-            const GrowthBlock* grown = front.probe(at);
-            const WorkLeaf* leaf = grown ? nullptr : placed.probeConstLeaf(at);
-            const Source source{grown ? &blocks[size_t(grown->number)] : nullptr,
-                                leaf ? leaf->buffer().data() : nullptr, grown || leaf ? 0 : placed.getValue(at)};
-            if (z < 0)
-                copyIn<5, 3>(source, x, y);
-            else if (z == 0)
-                copyIn<0, 8>(source, x, y);
+            const Coord at = block.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8);
+            if (const GrowthBlock* grown = front.probe(at))
+                sources[part].front = &blocks[size_t(grown->number)];
+            else if (const WorkLeaf* leaf = placed.probeConstLeaf(at))
+                sources[part].phi = leaf->buffer().data();
             else
-                copyIn<0, 4>(source, x, y);
+                sources[part].tile = placed.getValue(at);
         }
+        forEachRowAround<kBefore, kSide - 8 - kBefore, kRow>([&](int part, int row, int at, auto n) {
+            const auto& [grown, phi, tile] = sources[part];
+            const auto copy = [&](const auto* from, auto* to) {
+                for (int i = 0; i < n; ++i) to[at + i] = from[row + i];
+            };
+            const auto fill = [&](auto* to, auto value) {
+                for (int i = 0; i < n; ++i) to[at + i] = value;
+            };
+            if (grown) {
+                copy(grown->phi, phi_), copy(grown->way, way_), copy(grown->scale, scale_);
+                copy(grown->speed, speed_), copy(grown->flags, flags_);
+                return;
+            }
+            if (phi)
+                copy(phi, phi_), copy(phi, way_);
+            else
+                fill(phi_, tile), fill(way_, tile);
+            fill(scale_, 0.f), fill(speed_, -1.f), fill(flags_, uint8_t(0));
+        });
         uint8_t all = 0;
         float least = kBand;
         for (int x = 0; x < kSide; ++x)
@@ -102,38 +121,7 @@ class Nodes {
     void continueTimes();
 
   private:
-    struct Source {
-        const FrontBlock* front;  // or else
-        const float* phi;         // or else
-        float tile;
-    };
     static constexpr int index(int x, int y, int z) { return x * kSlab + y * kRow + z; }
-
-    /// `kZ` voxels of each row from `kFrom` on, of the block at place (x, y) of three by three.
-    template <int kFrom, int kZ>
-    void copyIn(const Source& source, int x, int y) {
-        const auto from = [](int k) { return k < 0 ? 5 : 0; };
-        const auto to = [](int k) { return k > 0 ? 4 : 8; };
-        const int z = kFrom > 0 ? 0 : kZ == 8 ? kBefore : kBefore + 8;
-        for (int u = from(x); u < to(x); ++u)
-            for (int v = from(y); v < to(y); ++v) {
-                const int row = u * 64 + v * 8 + kFrom, at = index(8 * x + kBefore + u, 8 * y + kBefore + v, z);
-                const FrontBlock* f = source.front;
-                const float* phi = f ? f->phi + row : source.phi ? source.phi + row : nullptr;
-                for (int i = 0; i < kZ; ++i) phi_[at + i] = phi ? phi[i] : source.tile;
-                if (f) {
-                    for (int i = 0; i < kZ; ++i) way_[at + i] = f->way[row + i];
-                    for (int i = 0; i < kZ; ++i) scale_[at + i] = f->scale[row + i];
-                    for (int i = 0; i < kZ; ++i) speed_[at + i] = f->speed[row + i];
-                    for (int i = 0; i < kZ; ++i) flags_[at + i] = f->flags[row + i];
-                } else {
-                    for (int i = 0; i < kZ; ++i) way_[at + i] = phi_[at + i];
-                    for (int i = 0; i < kZ; ++i) scale_[at + i] = 0;
-                    for (int i = 0; i < kZ; ++i) speed_[at + i] = -1;
-                    for (int i = 0; i < kZ; ++i) flags_[at + i] = 0;
-                }
-            }
-    }
 
     float phi_[kCount], way_[kCount], scale_[kCount], speed_[kCount];
     uint8_t flags_[kCount];

@@ -14,7 +14,7 @@ TriangleMesh offsetSurface(const TriangleMesh& solid, double distance, double vo
     if (voxels > 1000) throw InputError("seeding.offset is too large for elements of this size");
     openvdb::initialize();
     const auto grid = openvdb::FloatGrid::create(
-        widened(voxelizeBase(solid, voxelSize, kResultBand)->tree(), float(voxels) + kResultBand, kResultBand));
+        widened(narrowBand(solid, voxelSize, kResultBand)->tree(), float(voxels) + kResultBand, kResultBand));
     for (auto it = grid->beginValueAll(); it; ++it) it.setValue(*it - float(voxels));
     grid->tree().root().setBackground(kResultBand, false);
     return levelSetMesh(*grid, voxelSize);

@@ -280,9 +280,9 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     openvdb::FloatTree::Ptr coarseBase;
     {
         const StageTimer timer(context, "voxelize");
-        grids.base = coarseBase = voxelizeBase(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
+        grids.base = coarseBase = narrowBand(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
         if (factor > 1) {
-            coarseBase = voxelizeBase(baseMesh, coarseH)->treePtr();
+            coarseBase = narrowBand(baseMesh, coarseH)->treePtr();
             fields = canonicalFields(kinds, placed, h, false);
         }
         coarseFields = canonicalFields(kinds, placed, coarseH, deep);
@@ -383,7 +383,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     }
     if (options.surface || options.solidWithBase) {
         const StageTimer timer(context, "extract");
-        if (options.gap == 0) grids.base = voxelizeBase(baseMesh, h, kResultBand)->treePtr();
+        if (options.gap == 0) grids.base = narrowBand(baseMesh, h, kResultBand)->treePtr();
         if (options.surface) {
             double volume = 0;
             for (const ElementResult& e : result.elements) volume += e.finalVolume / h3;

@@ -100,7 +100,7 @@ ShellBuilder::ShellBuilder(const Packing& packing, const TriangleMesh& base, con
     : options_(options), h_(packing.voxelSize), gap_(gap) {
     openvdb::initialize();
     grids_ = std::make_unique<Grids>();
-    grids_->base = voxelizeBase(base, h_, float(options.clearance / h_ + kBand))->treePtr();
+    grids_->base = narrowBand(base, h_, float(options.clearance / h_ + kBand))->treePtr();
     const std::vector<WorkTree::Ptr> trees = treesOf(packing.grids->elements);
     for (const PlacedElement& p : placed) {
         const WorkTree::Ptr& tree = trees[size_t(p.id) - 1];

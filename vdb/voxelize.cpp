@@ -25,26 +25,6 @@ openvdb::FloatGrid::Ptr meshToLevelSet(const TriangleMesh& mesh, double voxelSiz
     return grid;
 }
 
-}  // namespace
-
-openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize, float halfWidth) {
-    // In wide bands a triangle would meet too many voxels.
-    constexpr float kNarrow = 6;
-    if (halfWidth <= kNarrow) {
-        TriangleMesh inVoxels;
-        inVoxels.triangles = mesh.triangles;
-        for (const Vec3& p : mesh.points) inVoxels.points.push_back(p / voxelSize);
-        if (const auto tree = meshBand(inVoxels, halfWidth)) {
-            auto grid = openvdb::FloatGrid::create(tree);
-            grid->setGridClass(openvdb::GRID_LEVEL_SET);
-            return grid;
-        }
-    }
-    return meshToLevelSet(mesh, voxelSize, halfWidth, halfWidth);
-}
-
-namespace {
-
 Vec3 solidCentroid(const TriangleMesh& mesh, double& volume) {
     Vec3 sum(0, 0, 0);
     volume = 0;
@@ -143,6 +123,22 @@ PAVEL_WIDE void sampleRow(const CanonicalField& f, const float p[3], const float
 
 }  // namespace
 
+openvdb::FloatGrid::Ptr narrowBand(const TriangleMesh& mesh, double voxelSize, float halfWidth) {
+    // In wide bands a triangle would meet too many voxels.
+    constexpr float kNarrow = 6;
+    if (halfWidth <= kNarrow) {
+        TriangleMesh inVoxels;
+        inVoxels.triangles = mesh.triangles;
+        for (const Vec3& p : mesh.points) inVoxels.points.push_back(p / voxelSize);
+        if (const auto tree = meshBand(inVoxels, halfWidth)) {
+            auto grid = openvdb::FloatGrid::create(tree);
+            grid->setGridClass(openvdb::GRID_LEVEL_SET);
+            return grid;
+        }
+    }
+    return meshToLevelSet(mesh, voxelSize, halfWidth, halfWidth);
+}
+
 CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, double scaleMin, double scaleMax,
                                   bool deep) {
     CanonicalField f;
@@ -152,7 +148,7 @@ CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, do
     const float band = float(std::ceil((kBand + kPartRadius) * perVoxel + 0.01));
     const Vec3 size = meshBounds(mesh).size();
     const float inside = deep ? std::max(band, float(std::ceil(0.5 * size.min() / f.voxelSize)) + 2) : band;
-    const openvdb::FloatTree::Ptr tree = widened(voxelizeBase(mesh, f.voxelSize, kResultBand)->tree(), band, inside);
+    const openvdb::FloatTree::Ptr tree = widened(narrowBand(mesh, f.voxelSize, kResultBand)->tree(), band, inside);
     if (tree->leafCount() == 0) throw RunError("an element's mesh left no voxels");
     f.centroid = solidCentroid(mesh, f.volume);
     f.bounds = meshBounds(mesh);

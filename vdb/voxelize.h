@@ -34,7 +34,7 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
 
 /// Half width of the base's band in work, where no gap is left: only its surface matters.
 constexpr float kBaseBand = 2;
-/// Narrow band of the base, in voxels.
-openvdb::FloatGrid::Ptr voxelizeBase(const TriangleMesh& mesh, double voxelSize, float halfWidth = kBaseBand);
+/// Narrow band of a solid, in voxels.
+openvdb::FloatGrid::Ptr narrowBand(const TriangleMesh& mesh, double voxelSize, float halfWidth = kBaseBand);
 
 }  // namespace pavel

@@ -15,7 +15,7 @@ Packing ball(double voxelSize) {
     Packing p;
     p.voxelSize = voxelSize;
     p.grids = std::make_shared<PackedGrids>();
-    p.grids->surface = p.grids->base = voxelizeBase(test::sphere(9), 1, kResultBand)->treePtr();
+    p.grids->surface = p.grids->base = narrowBand(test::sphere(9), 1, kResultBand)->treePtr();
     return p;
 }
 

@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Radii, BallVolume, testing::Values(15.0, 30.0, 60.0));
 
 TEST(Widened, BandReachesAsFarAsAskedOnEachSide) {
     const Vec3 half(30.3, 22.7, 18.4);
-    const auto narrow = voxelizeBase(test::box(-half, half), 1, kResultBand);
+    const auto narrow = narrowBand(test::box(-half, half), 1, kResultBand);
     const auto tree = widened(narrow->tree(), 12, 9);
     EXPECT_EQ(tree->background(), 12);
     EXPECT_EQ(tree->getValue({0, 0, 0}), -9);

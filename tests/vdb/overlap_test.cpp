@@ -70,7 +70,7 @@ TEST(Trim, AgreesWithTheVdbBooleanOperation) {
 TEST(Trim, SphereOnAPlane) {
     constexpr double r = 20, sunk = 7;
     auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, r - sunk}});
-    const auto base = voxelizeBase(test::box({-60, -60, -30}, {60, 60, 0}), 1);
+    const auto base = narrowBand(test::box({-60, -60, -30}, {60, 60, 0}), 1);
     test::resolve(e, &base->tree());
     EXPECT_NEAR(e[0].lost() / test::capVolume(r, sunk), 1, 0.01);
     EXPECT_TRUE(e[0].contacts.empty());
@@ -86,7 +86,7 @@ TEST(Trim, SphereOnAPlane) {
 TEST(Trim, WhatSinksIntoTheBaseIsCutForGoodWhereAsked) {
     constexpr double r = 20, sunk = 7;
     auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, r - sunk}});
-    const auto base = voxelizeBase(test::box({-60, -60, -30}, {60, 60, 0}), 1);
+    const auto base = narrowBand(test::box({-60, -60, -30}, {60, 60, 0}), 1);
     resolveOverlap(e, &base->tree(), false, RunContext());
     EXPECT_NEAR(e[0].targetVolume / (test::ballVolume(r) - test::capVolume(r, sunk)), 1, 2e-3);
     EXPECT_NEAR(e[0].lost(), 0, 1e-6);

@@ -240,7 +240,7 @@ TEST(Shell, AClearanceThatTakesAllIsAnError) {
 
 openvdb::FloatTree::Ptr levelSetOf(const TriangleMesh& mesh) {
     openvdb::initialize();
-    return voxelizeBase(mesh, 1, kResultBand)->treePtr();
+    return narrowBand(mesh, 1, kResultBand)->treePtr();
 }
 
 double thicknessAt(const openvdb::FloatTree& tree, const Coord& c) {
