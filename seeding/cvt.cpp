@@ -3,138 +3,15 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <deque>
 #include <memory>
 
+#include "pavel/seeding/anneal.h"
+#include "pavel/seeding/descent.h"
 #include "pavel/seeding/restricted_voronoi.h"
 #include "pavel/seeding/simplify.h"
 
 namespace pavel {
 namespace {
-
-using Field = std::vector<Vec3>;
-
-double inner(const Field& a, const Field& b) {
-    double sum = 0;
-    for (size_t i = 0; i < a.size(); ++i) sum += dot(a[i], b[i]);
-    return sum;
-}
-
-struct State {
-    std::vector<SurfacePoint> seeds;
-    std::vector<VoronoiCell> cells;
-    Field gradient;  // tangential part of 2 m (x - c)
-    double energy = 0;
-    double residual = 0;  // rms distance to the centroid in the tangent plane, in spacings
-};
-
-State evaluate(const Surface& surface, RestrictedVoronoi& voronoi, std::vector<SurfacePoint> seeds) {
-    State s;
-    s.cells = voronoi.cells(seeds);
-    s.gradient.resize(seeds.size());
-    double sum = 0;
-    for (size_t i = 0; i < seeds.size(); ++i) {
-        const VoronoiCell& c = s.cells[i];
-        s.energy += c.energy;
-        Vec3 g = 2.0 * (c.mass * seeds[i].position - c.moment);
-        const Vec3& n = surface.faceNormal(seeds[i].triangle);
-        g -= dot(g, n) * n;
-        s.gradient[i] = g;
-        if (c.mass > 0) sum += dot(g, g) / (4 * c.mass * c.mass) / c.area;
-    }
-    s.residual = std::sqrt(sum / double(seeds.size()));
-    s.seeds = std::move(seeds);
-    return s;
-}
-
-std::vector<SurfacePoint> moved(const Surface& surface, const std::vector<SurfacePoint>& seeds, const Field& step,
-                                double factor) {
-    std::vector<SurfacePoint> next(seeds.size());
-    tbb::parallel_for(size_t(0), seeds.size(), [&](size_t i) { next[i] = surface.walked(seeds[i], factor * step[i]); });
-    return next;
-}
-
-/// A step longer than a cell would only tangle the cells: shorten it.
-void limitSteps(Field& step, const std::vector<VoronoiCell>& cells) {
-    for (size_t i = 0; i < step.size(); ++i) {
-        const double l = length(step[i]), longest = std::sqrt(cells[i].area);
-        if (l > longest) step[i] *= longest / l;
-    }
-}
-
-Field lloydStep(const State& s) {
-    Field step(s.seeds.size(), Vec3(0, 0, 0));
-    for (size_t i = 0; i < step.size(); ++i)
-        if (s.cells[i].mass > 0) step[i] = -s.gradient[i] / (2 * s.cells[i].mass);
-    return step;
-}
-
-struct Correction {
-    Field s, y;
-    double rho;
-};
-
-/// Two-loop recursion (J. Nocedal 1980) with the Lloyd step's diagonal as the initial inverse Hessian.
-Field lbfgsStep(const State& state, const std::deque<Correction>& history) {
-    Field q = state.gradient;
-    std::vector<double> alpha(history.size());
-    for (size_t k = history.size(); k-- > 0;) {
-        alpha[k] = history[k].rho * inner(history[k].s, q);
-        for (size_t i = 0; i < q.size(); ++i) q[i] -= alpha[k] * history[k].y[i];
-    }
-    for (size_t i = 0; i < q.size(); ++i) q[i] /= 2 * std::max(state.cells[i].mass, 1e-300);
-    for (size_t k = 0; k < history.size(); ++k) {
-        const double beta = history[k].rho * inner(history[k].y, q);
-        for (size_t i = 0; i < q.size(); ++i) q[i] += (alpha[k] - beta) * history[k].s[i];
-    }
-    for (Vec3& d : q) d = -d;
-    return q;
-}
-
-/// Moves the seeds until they are near their centroids.
-std::vector<SurfacePoint> optimised(const Surface& surface, RestrictedVoronoi& voronoi, std::vector<SurfacePoint> start,
-                                    int lloydSteps, int iterations, double tolerance,
-                                    const std::function<void(double)>& progress) {
-    const size_t count = start.size();
-    State state = evaluate(surface, voronoi, std::move(start));
-    std::deque<Correction> history;
-    for (int it = 0; it < iterations && state.residual > tolerance; ++it) {
-        const bool lloyd = it < lloydSteps;
-        Field step = lloyd ? lloydStep(state) : lbfgsStep(state, history);
-        limitSteps(step, state.cells);
-        if (!lloyd && inner(step, state.gradient) >= 0) {
-            history.clear();
-            step = lloydStep(state);
-        }
-        State next;
-        double factor = 1;
-        for (int attempt = 0; attempt < 5; ++attempt, factor *= 0.5) {
-            next = evaluate(surface, voronoi, moved(surface, state.seeds, step, factor));
-            if (lloyd || next.energy < state.energy) break;
-        }
-        if (!lloyd && next.energy >= state.energy) {
-            if (history.empty()) break;
-            history.clear();  // a stale curvature estimate: start again from a Lloyd step
-            continue;
-        }
-        Correction c;
-        c.s.resize(count);
-        c.y.resize(count);
-        for (size_t i = 0; i < count; ++i) {
-            c.s[i] = next.seeds[i].position - state.seeds[i].position;
-            c.y[i] = next.gradient[i] - state.gradient[i];
-        }
-        const double sy = inner(c.s, c.y);
-        if (sy > 0) {
-            c.rho = 1 / sy;
-            history.push_back(std::move(c));
-            if (history.size() > 7) history.pop_front();
-        }
-        state = std::move(next);
-        if (progress) progress(double(it + 1) / iterations);
-    }
-    return std::move(state.seeds);
-}
 
 /// Seeds at the middles of the lines between neighbours are added: four times as many in the same order. Their number
 /// is brought to `count` at random places.
@@ -221,9 +98,6 @@ std::vector<SurfacePoint> balanced(const Surface& surface, RestrictedVoronoi& vo
     return seeds;
 }
 
-/// Triangles for each seed that a tessellation needs to see the surface's shape.
-constexpr size_t kTrianglesPerSeed = 16;
-
 std::vector<SurfacePoint> mapped(const std::vector<SurfacePoint>& seeds, const Surface& from, const Surface& to) {
     std::vector<SurfacePoint> result(seeds.size());
     tbb::parallel_for(size_t(0), seeds.size(), [&](size_t i) {
@@ -267,14 +141,20 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
     constexpr int kOrderly = 20;       // iterations from which the start is orderly, too
     constexpr size_t kCoarsest = 300;  // seeds
     constexpr int kLloyd = 5;
-    constexpr size_t kBalanced = 6000;       // seeds up to which single ones make a difference
-    constexpr double kLightTolerance = 0.5;  // where an iteration costs little
+    constexpr size_t kFew = 6000;     // seeds up to which single ones make a difference
+    constexpr double kRough = 1e-2;   // tolerance before annealing
+    constexpr size_t kTriangles = 8;  // for each seed: enough to see the surface's shape
+    const auto centred = [&](Ground& ground, std::vector<SurfacePoint> seeds, int lloydSteps, double tolerance,
+                             const std::function<void(double)>& report = {}) {
+        return descended(
+            ground.surface, [&](const std::vector<SurfacePoint>& s) { return ground.voronoi.cells(s); },
+            std::move(seeds), {lloydSteps, options.iterations, tolerance}, report);
+    };
     Ground exact(surface, options.density);
     if (options.iterations < kOrderly || count < 2) {
         auto seeds = surface.sample(count, rng, options.density);
         if (options.iterations <= 0 || count < 2) return seeds;
-        return optimised(surface, exact.voronoi, std::move(seeds), kLloyd, options.iterations, options.tolerance,
-                         progress);
+        return centred(exact, std::move(seeds), kLloyd, options.tolerance, progress);
     }
     std::vector<size_t> levels{count};
     while (levels.back() > 4 * kCoarsest) levels.push_back((levels.back() + 6) / 4);
@@ -285,8 +165,8 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
         const size_t n = levels[l];
         const Surface* before = light ? light.get() : &surface;
         Ground* ground = &exact;
-        if (surface.mesh().triangles.size() > 2 * kTrianglesPerSeed * n) {
-            TriangleMesh mesh = simplified(surface.mesh(), kTrianglesPerSeed * n);
+        if (surface.mesh().triangles.size() > 2 * kTriangles * n) {
+            TriangleMesh mesh = simplified(surface.mesh(), kTriangles * n);
             subdivideLongEdges(mesh, std::sqrt(surface.area() / double(n)));
             lighter = std::make_unique<Surface>(std::move(mesh));
             coarse = std::make_unique<Ground>(*lighter, densityOn(*lighter, surface, options.density));
@@ -298,16 +178,19 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
         else
             seeds = refined(ground->surface, ground->voronoi, mapped(seeds, *before, ground->surface), n,
                             ground->density, rng);
-        if (!first && n <= kBalanced)
-            seeds = balanced(ground->surface, ground->voronoi, std::move(seeds), ground->density);
-        seeds = optimised(ground->surface, ground->voronoi, std::move(seeds), first ? kLloyd : 1, options.iterations,
-                          ground == &exact ? options.tolerance : kLightTolerance * options.tolerance, {});
+        if (!first && n <= kFew) seeds = balanced(ground->surface, ground->voronoi, std::move(seeds), ground->density);
+        if (options.density.empty() && n <= kFew) {
+            seeds = centred(*ground, std::move(seeds), first ? kLloyd : 1, kRough);
+            seeds = annealed(ground->surface, ground->voronoi, std::move(seeds), rng);
+            seeds = centred(*ground, std::move(seeds), 1, 0.5 * options.tolerance);
+        } else {
+            seeds = centred(*ground, std::move(seeds), first ? kLloyd : 1, options.tolerance);
+        }
         light = ground == &exact ? nullptr : std::move(lighter);
         if (progress) progress(0.8 * double(levels.size() - l) / double(levels.size()));
     }
     if (!light) return seeds;
-    return optimised(surface, exact.voronoi, mapped(seeds, *light, surface), 1, options.iterations, options.tolerance,
-                     {});
+    return centred(exact, mapped(seeds, *light, surface), 1, options.tolerance);
 }
 
 }  // namespace pavel
