@@ -108,7 +108,7 @@ std::vector<VoronoiCell> TangentCells::cells(const std::vector<SurfacePoint>& se
     updateNear(seeds);
     std::vector<VoronoiCell> result(seeds.size());
     if (neighbours) neighbours->assign(seeds.size(), {});
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, seeds.size(), 128), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<size_t>(0, seeds.size(), 32), [&](const auto& range) {
         Cell buffers[2];
         for (size_t i = range.begin(); i < range.end(); ++i) {
             if (resting_[i]) continue;

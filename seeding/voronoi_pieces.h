@@ -25,7 +25,7 @@ struct Piece {
 };
 
 /// Triangles that are worked on together.
-constexpr size_t kChunk = 1024;
+constexpr size_t kChunk = 256;
 
 inline void add(VoronoiCell& to, const VoronoiCell& c, double sign = 1) {
     to.area += sign * c.area;

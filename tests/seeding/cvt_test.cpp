@@ -6,6 +6,7 @@
 
 #include "pavel/core/shapes.h"
 #include "pavel/seeding/restricted_voronoi.h"
+#include "pavel/seeding/tangent_cells.h"
 #include "support/meshes.h"
 
 namespace pavel {
@@ -81,6 +82,33 @@ TEST(RestrictedVoronoi, ThinWallsKeepTheirSides) {
     EXPECT_NEAR(above, 100, 25);
 }
 
+TEST(TangentCells, AreExactInAPlaneAndNearlySoOnASphere) {
+    const Surface plane(test::square(10, 20)), ball(test::sphere(10, {0, 0, 0}, 64));
+    for (const Surface* s : {&plane, &ball}) {
+        const auto seeds = centroidalSeeds(*s, 300, {30, 1e-3, 1, {}});
+        std::vector<std::vector<int>> around, flatAround;
+        const auto exact = RestrictedVoronoi(*s).cells(seeds, &around);
+        TangentCells tangent(seeds, exact);
+        const auto flat = tangent.cells(seeds, &flatAround);
+        size_t fitting = 0;
+        for (size_t i = 0; i < seeds.size(); ++i) {
+            if (!tangent.fits(i)) {
+                EXPECT_EQ(flat[i].area, 0);
+                continue;
+            }
+            ++fitting;
+            const double tolerance = s == &plane ? 1e-9 : 0.03;
+            EXPECT_NEAR(flat[i].area / exact[i].area, 1, tolerance);
+            EXPECT_NEAR(flat[i].energy / exact[i].energy, 1, 2 * tolerance);
+            const Vec3 away = flat[i].moment / flat[i].mass - exact[i].moment / exact[i].mass;
+            EXPECT_LT(length(away), (s == &plane ? 1e-9 : 0.1) * tangent.spacing());
+            EXPECT_NEAR(double(flatAround[i].size()), double(around[i].size()), s == &plane ? 0 : 1);
+        }
+        // In the plane all but the cells at the border.
+        EXPECT_GT(fitting, s == &plane ? 200u : 299u);
+    }
+}
+
 class CvtOnShapes : public testing::TestWithParam<const char*> {};
 
 TEST_P(CvtOnShapes, ExactCountOnTheSurfaceNoEmptyCellAreasSum) {
@@ -114,6 +142,16 @@ TEST(Cvt, IsNearlyHexagonalOnASphere) {
         mean += d / 400;
     }
     EXPECT_GT(nearest / mean, 0.65);
+}
+
+TEST(Cvt, AnnealingLeavesFewDefects) {
+    const Surface s(test::sphere(10, {0, 0, 0}, 96));
+    std::vector<std::vector<int>> around;
+    const auto cells = RestrictedVoronoi(s).cells(centroidalSeeds(s, 2000, CvtOptions()), &around);
+    size_t six = 0;
+    for (const auto& a : around) six += a.size() == 6;
+    EXPECT_GT(six, 1820u);                     // without, 1,750 to 1,810
+    EXPECT_LT(hexagonMeasure(cells), 1.0075);  // without, 1.009 to 1.010
 }
 
 TEST(Cvt, BothWallsOfAThinCupAreDecoratedAlike) {
