@@ -211,6 +211,10 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
     spacing_ = spacing;
     fit_ = kFitFine;
     settle(24, span(0.5, 0.95));
+    for (int round = 0; round < 4; ++round) {
+        flipEdges(false);
+        improveAngles();
+    }
     for (int round = 0; round < 3; ++round) {
         flipEdges(false);
         improveWorst();

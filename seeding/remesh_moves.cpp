@@ -20,6 +20,12 @@ bool bent(const Vec3& n, const Vec3& m) {
     return d <= 0 || d * d < kBent * kBent * dot(n, n) * dot(m, m);
 }
 
+/// Cosine of a triangle's least angle.
+double sharpest(const Vec3& p, const Vec3& a, const Vec3& b) {
+    const Vec3 pa = normalized(a - p), ab = normalized(b - a), bp = normalized(p - b);
+    return std::min(1.0, std::max({-dot(pa, bp), -dot(pa, ab), -dot(ab, bp)}));
+}
+
 }  // namespace
 
 /// Delaunay, or six neighbours, where it is flat; along the crease where it is bent.
@@ -95,13 +101,10 @@ void Remesher::flipEdges(bool byValence) {
 /// The least angle of the triangles around a vertex if it stood at p, as a cosine.
 double Remesher::sharpestAround(Vertex v, const Vec3& p) const {
     double most = -1;
-    for (auto it = tri_.mesh.cvoh_ccwbegin(v); it.is_valid(); ++it) {
-        if (tri_.mesh.is_boundary(*it)) continue;
-        const Vec3 a = tri_.at(tri_.mesh.to_vertex_handle(*it)),
-                   b = tri_.at(tri_.mesh.to_vertex_handle(tri_.mesh.next_halfedge_handle(*it))), pa = normalized(a - p),
-                   ab = normalized(b - a), bp = normalized(p - b);
-        most = std::max({most, -dot(pa, bp), -dot(pa, ab), -dot(ab, bp)});
-    }
+    for (auto it = tri_.mesh.cvoh_ccwbegin(v); it.is_valid(); ++it)
+        if (!tri_.mesh.is_boundary(*it))
+            most = std::max(most, sharpest(p, tri_.at(tri_.mesh.to_vertex_handle(*it)),
+                                           tri_.at(tri_.mesh.to_vertex_handle(tri_.mesh.next_halfedge_handle(*it)))));
     return most;
 }
 
@@ -116,31 +119,85 @@ bool Remesher::facesOut(Vertex v, const Vec3& p) const {
     return true;
 }
 
+/// Sum of the least angles of the triangles around a vertex if it stood at p.
+double Remesher::leastAnglesAround(Vertex v, const Vec3& p) const {
+    double sum = 0;
+    for (auto it = tri_.mesh.cvoh_ccwbegin(v); it.is_valid(); ++it)
+        if (!tri_.mesh.is_boundary(*it))
+            sum += std::acos(sharpest(p, tri_.at(tri_.mesh.to_vertex_handle(*it)),
+                                      tri_.at(tri_.mesh.to_vertex_handle(tri_.mesh.next_halfedge_handle(*it)))));
+    return sum;
+}
+
+/// Looks around a vertex, on a crease along it, for where its score is higher.
+template <class Score>
+bool Remesher::improvePlace(Vertex v, std::initializer_list<double> reaches, int directions, Score score) {
+    const size_t i = size_t(v.idx());
+    if (kind_[i] == Kind::crease) directions = 2;
+    const SurfacePoint from = on_[i];
+    const Vec3 u = kind_[i] == Kind::crease ? along_[i] : anyPerpendicular(from.normal), w = cross(from.normal, u);
+    double best = score(tri_.place[i]);
+    bool moved = false;
+    for (double reach : reaches)
+        for (int k = 0; k < directions; ++k) {
+            const double angle = 2 * kPi * k / directions;
+            const Vec3 step = reach * spacing_ * (std::cos(angle) * u + std::sin(angle) * w);
+            if (score(from.position + step) <= best) continue;  // walking costs more than looking
+            const SurfacePoint to = surface_.walked(from, step);
+            const double now = score(to.position);
+            if (!(now > best && facesOut(v, to.position))) continue;
+            best = now, on_[i] = to, tri_.place[i] = to.position;
+            moved = true;
+        }
+    return moved;
+}
+
+/// Relaxation evens out areas; this then sees to the angles themselves.
+void Remesher::improveAngles() {
+    constexpr int kSweeps = 3;
+    // Vertices of one colour are not neighbours: they move at the same time.
+    std::vector<int> colour(on_.size(), -1);
+    std::vector<std::vector<int>> classes;
+    for (size_t i = 0; i < on_.size(); ++i) {
+        const Vertex v{int(i)};
+        if (kind_[i] > Kind::crease || tri_.mesh.status(v).deleted()) continue;
+        uint64_t taken = 0;
+        for (auto n = tri_.mesh.cvv_ccwbegin(v); n.is_valid(); ++n)
+            if (const int c = colour[size_t(n->idx())]; c >= 0) taken |= uint64_t(1) << c;
+        do ++colour[i];
+        while (colour[i] < 63 && (taken >> colour[i] & 1));
+        if (size_t(colour[i]) >= classes.size()) classes.emplace_back();
+        classes[size_t(colour[i])].push_back(int(i));
+    }
+    std::vector<char> moved(on_.size()), active(on_.size(), 1);
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+        moved.assign(on_.size(), 0);
+        for (const std::vector<int>& c : classes)
+            tbb::parallel_for(size_t(0), c.size(), [&](size_t k) {
+                const Vertex v(c[k]);
+                moved[size_t(c[k])] =
+                    active[size_t(c[k])] &&
+                    improvePlace(v, {0.2, 0.07, 0.025}, 6, [&](const Vec3& p) { return leastAnglesAround(v, p); });
+            });
+        active = moved;
+        for (size_t i = 0; i < on_.size(); ++i)
+            if (moved[i])
+                for (auto n = tri_.mesh.cvv_ccwbegin(Vertex(int(i))); n.is_valid(); ++n) active[size_t(n->idx())] = 1;
+    }
+}
+
 /// Last, the few triangles that are still sharp: their vertices look for a better place nearby.
 void Remesher::improveWorst() {
-    constexpr double kSharp = 0.8;  // cosine
-    constexpr int kDirections = 8;
+    constexpr double kSharp = 0.8;           // cosine
     std::vector<char> tried(on_.size(), 0);  // in vain, and nothing has moved since
     for (int sweep = 0; sweep < 12; ++sweep)
         for (size_t i = 0; i < on_.size(); ++i) {
             const Vertex v{int(i)};
             if (tried[i] || kind_[i] != Kind::smooth || tri_.mesh.status(v).deleted()) continue;
             tried[i] = 1;
-            double best = sharpestAround(v, tri_.place[i]);
-            if (best < kSharp) continue;
-            const Vec3 u = anyPerpendicular(on_[i].normal), w = cross(on_[i].normal, u);
-            const SurfacePoint from = on_[i];
-            for (double reach : {0.3, 0.12, 0.04})
-                for (int k = 0; k < kDirections; ++k) {
-                    const double angle = 2 * kPi * k / kDirections;
-                    const SurfacePoint to =
-                        surface_.walked(from, reach * spacing_ * (std::cos(angle) * u + std::sin(angle) * w));
-                    const double sharpest = sharpestAround(v, to.position);
-                    if (!(sharpest < best && facesOut(v, to.position))) continue;
-                    best = sharpest, on_[i] = to, tri_.place[i] = to.position;
-                    tried[i] = 0;
-                }
-            if (tried[i]) continue;
+            if (sharpestAround(v, tri_.place[i]) < kSharp) continue;
+            if (!improvePlace(v, {0.3, 0.12, 0.04}, 8, [&](const Vec3& p) { return -sharpestAround(v, p); })) continue;
+            tried[i] = 0;
             for (auto n = tri_.mesh.cvv_ccwbegin(v); n.is_valid(); ++n) tried[size_t(n->idx())] = 0;
         }
 }
