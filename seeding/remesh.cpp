@@ -220,6 +220,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
         improveWorst();
     }
     placeVertices();
+    fitPlaces();
     Remeshed out;
     std::vector<int> kept;
     out.mesh = tri_.compact(kept);

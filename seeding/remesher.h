@@ -62,6 +62,7 @@ class Remesher {
     bool improvePlace(Vertex v, std::initializer_list<double> reaches, int directions, Score score);
     void improveAngles();
     void improveWorst();
+    void fitPlaces();
     Vec3 centroidStep(Vertex v) const;
     Vec3 creaseStep(Vertex v) const;
     void relax();
