@@ -13,6 +13,8 @@ namespace {
 
 /// Edges longer than this are split, shorter ones collapsed, in spacings.
 constexpr double kLong = 1.4, kShort = 0.7;
+/// Shorter ones spoil what is around them.
+constexpr double kTiny = 0.25;
 /// Cosine of the angle by which a triangle may lean from the surface at its corners, on a coarse level and on the last.
 constexpr double kFitCoarse = 0.6, kFitFine = 0.2;
 
@@ -173,6 +175,23 @@ void Remesher::meetCount() {
     fit_ = held;
 }
 
+/// Edges far shorter than the others, left where necks and slits are no wider, go whatever they stand on.
+void Remesher::dissolveTiny() {
+    std::vector<std::pair<double, int>> tiny;
+    for (size_t i = 0; i < tri_.mesh.n_edges(); ++i)
+        if (const Edge e{int(i)}; alive(e) && lengthOf(e) < kTiny * spacing_) tiny.emplace_back(lengthOf(e), int(i));
+    std::sort(tiny.begin(), tiny.end());
+    for (const auto& [length, i] : tiny) {
+        if (!alive(Edge(i))) continue;
+        Halfedge h = tri_.mesh.halfedge_handle(Edge(i), 0);
+        Halfedge back = tri_.mesh.opposite_halfedge_handle(h);
+        const auto kindAtEndOf = [&](Halfedge x) { return kind_[size_t(tri_.mesh.to_vertex_handle(x).idx())]; };
+        if (kindAtEndOf(h) < kindAtEndOf(back)) std::swap(h, back);
+        if (!tri_.collapse(h, kLong * spacing_, 0)) tri_.collapse(back, kLong * spacing_, 0);
+    }
+    meetCount();
+}
+
 /// Rounds of flips and relaxation; the first of them also anneal.
 void Remesher::settle(int rounds, const std::function<void(double)>& report) {
     for (int round = 0; round < rounds; ++round) {
@@ -211,6 +230,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
     spacing_ = spacing;
     fit_ = kFitFine;
     settle(24, span(0.5, 0.95));
+    dissolveTiny();
     for (int round = 0; round < 4; ++round) {
         flipEdges(false);
         improveAngles();

@@ -1,6 +1,7 @@
 // The last move of a remeshing's vertices: its triangles lie in the middle of the surface, not under its bulges.
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 
 #include "pavel/seeding/remesher.h"
@@ -27,11 +28,12 @@ struct Fit {
 
 }  // namespace
 
-/// Moves vertices along their normals to where the squared distance between the triangles and the surface is least (H.
-/// Hoppe et al., Mesh optimization, 1993, with places and connectivity fixed). O(triangles).
+/// Moves vertices to where the squared distance between the triangles and the surface is least (H. Hoppe et al., Mesh
+/// optimization, 1993, with places and connectivity fixed): along their normals, or on creases any way. O(triangles).
 void Remesher::fitPlaces() {
     constexpr int kIterations = 20;
-    constexpr double kFarthest = 0.1;  // spacings
+    constexpr double kFarthest = 0.3;  // spacings
+    constexpr double kStiff = 0.3;     // share of the quadrics, against moves in which they do not differ
     constexpr double kSliver = 0.86;   // cosine of the least angle that may come of it
     const Connectivity& m = tri_.mesh;
     const TriangleMesh& mesh = surface_.mesh();
@@ -53,7 +55,7 @@ void Remesher::fitPlaces() {
         for (auto f = m.cvf_ccwbegin(Vertex(owner_[t])); f.is_valid(); ++f) {
             const auto c = cornersOf(m.halfedge_handle(*f));
             const Vec3 n = normalized(normal(c[0], c[1], c[2]));
-            if (dot(n, from) <= 0) continue;
+            if (dot(n, from) <= 0.6) continue;
             const auto w = weightsOf(middle_[t], tri_.at(c[0]), tri_.at(c[1]), tri_.at(c[2]));
             const Vec3 off = middle_[t] - (w[0] * tri_.at(c[0]) + w[1] * tri_.at(c[1]) + w[2] * tri_.at(c[2]));
             if (const double d = dot(off, off); d < least) {
@@ -73,43 +75,44 @@ void Remesher::fitPlaces() {
             for (size_t j = 0; j < 3; ++j) fit.a[i][j] += area * double(s.weight[i]) * double(s.weight[j]);
         }
     }
-    std::vector<Vec3> up(on_.size(), Vec3(0, 0, 0));
-    for (size_t v = 0; v < on_.size(); ++v) {
-        if (m.status(Vertex(int(v))).deleted() || kind_[v] > Kind::crease) continue;
-        for (auto f = m.cvf_ccwbegin(Vertex(int(v))); f.is_valid(); ++f) {
-            const auto c = cornersOf(m.halfedge_handle(*f));
-            up[v] += normal(c[0], c[1], c[2]);
-        }
-        if (dot(up[v], up[v]) > 0) up[v] = normalized(up[v]);
-    }
-    std::vector<double> height(on_.size(), 0), next(on_.size(), 0);
+    const auto held = [&](size_t v) { return kind_[v] == Kind::boundary || m.status(Vertex(int(v))).deleted(); };
+    const auto eigen = [](const Vec3& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
+    std::vector<Vec3> move(on_.size(), Vec3(0, 0, 0)), next = move;
     for (int it = 0; it < kIterations; ++it) {
         tbb::parallel_for(size_t(0), on_.size(), [&](size_t v) {
-            if (!(dot(up[v], up[v]) > 0)) return;
-            double asked = 0, weight = 0;
+            if (held(v)) return;
+            Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
+            Eigen::Vector3d b = Eigen::Vector3d::Zero(), up = b;
             for (auto f = m.cvf_ccwbegin(Vertex(int(v))); f.is_valid(); ++f) {
                 const auto c = cornersOf(m.halfedge_handle(*f));
-                const Vec3 n = normalized(normal(c[0], c[1], c[2]));
+                const Vec3 across = normal(c[0], c[1], c[2]), n = normalized(across);
                 const Fit& fit = fits[size_t(f->idx())];
                 const size_t own = c[0].idx() == int(v) ? 0 : c[1].idx() == int(v) ? 1 : 2;
-                const double slope = dot(up[v], n);
                 double missing = fit.b[own], sum = 0;
                 for (size_t k = 0; k < 3; ++k) {
-                    const double s = dot(up[size_t(c[k].idx())], n);
-                    missing -= fit.a[own][k] * s * height[size_t(c[k].idx())];
-                    sum += fit.a[own][k] * std::abs(s);
+                    missing -= fit.a[own][k] * dot(move[size_t(c[k].idx())], n);
+                    sum += fit.a[own][k];
                 }
-                asked += slope * missing;
-                weight += std::abs(slope) * sum;
+                a += sum * eigen(n) * eigen(n).transpose();
+                b += missing * eigen(n);
+                up += eigen(across);
             }
-            next[v] = weight > 0 ? height[v] + asked / weight : 0;
-            next[v] = std::clamp(next[v], -kFarthest * spacing_, kFarthest * spacing_);
+            constexpr double kNone = 1e-300;  // where no triangle of the surface asks for anything
+            Eigen::Vector3d step;
+            if (kind_[v] == Kind::smooth) {
+                step = up * (up.dot(b) / (up.dot(a * up) + kNone));
+            } else {
+                a.diagonal().array() += kStiff * a.trace() + kNone;
+                step = a.ldlt().solve(b);
+            }
+            next[v] = move[v] + Vec3(step[0], step[1], step[2]);
+            if (const double l = length(next[v]); l > kFarthest * spacing_) next[v] *= kFarthest * spacing_ / l;
         });
-        height.swap(next);
+        move.swap(next);
     }
     for (size_t v = 0; v < on_.size(); ++v) {
-        const Vec3 before = tri_.place[v], after = before + height[v] * up[v];
-        if (height[v] == 0) continue;
+        if (held(v)) continue;
+        const Vec3 before = tri_.place[v], after = before + move[v];
         if (const double now = sharpestAround(Vertex(int(v)), after);
             now < kSliver || now <= sharpestAround(Vertex(int(v)), before))
             tri_.place[v] = after;

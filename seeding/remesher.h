@@ -77,6 +77,7 @@ class Remesher {
     void split(Edge e);
     void anneal();
     void meetCount();
+    void dissolveTiny();
     void subdivide();
     void placeVertices();
     void settle(int rounds, const std::function<void(double)>& report);
