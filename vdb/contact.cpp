@@ -173,33 +173,55 @@ std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
 
 PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {
     const float reach = float(radius + distance);
-    std::vector<std::pair<Vec3f, Vec3f>> pieces;
+    Near near;
     float d2[RimLanes::kCount];
     for (const Rim& rim : rims_)
         for (const RimLanes& l : rim.lanes) {
             distances2(l, toFloat(centre), d2);
             for (int k = 0; k < RimLanes::kCount; ++k)
-                if (d2[k] < reach * reach) pieces.push_back({{l.x[k], l.y[k], l.z[k]}, {l.tx[k], l.ty[k], l.tz[k]}});
+                if (d2[k] < reach * reach)
+                    near.pieces_.push_back({{l.x[k], l.y[k], l.z[k]}, {l.tx[k], l.ty[k], l.tz[k]}});
         }
-    Near near;
-    for (const auto& piece : pieces)
+    for (const Near::Piece& piece : near.pieces_)
         for (int k = 0; k < 3; ++k) {
-            const float half = kHalfPiece * std::abs(piece.second[size_t(k)]), middle = piece.first[size_t(k)];
+            const float half = kHalfPiece * std::abs(piece.along[size_t(k)]), middle = piece.middle[size_t(k)];
             near.lower_[size_t(k)] = std::min(near.lower_[size_t(k)], middle - half);
             near.upper_[size_t(k)] = std::max(near.upper_[size_t(k)], middle + half);
         }
-    near.lanes_ = inLanes(pieces);
     return near;
 }
 
-PAVEL_WIDE float ContactDistance::Near::nearest(const Vec3f& p, float most, Vec3f& point) const {
-    float toBox2 = 0;
+float ContactDistance::Near::toBox2(const Vec3f& p) const {
+    float sum = 0;
     for (size_t k = 0; k < 3; ++k) {
         const float out = std::max({lower_[k] - p[k], p[k] - upper_[k], 0.f});
-        toBox2 += out * out;
+        sum += out * out;
     }
-    if (toBox2 >= most * most) return most;
-    return std::sqrt(nearestIn(lanes_, p, most * most, point));
+    return sum;
+}
+
+PAVEL_WIDE void ContactDistance::Near::nearest(Queries& q) const {
+    std::fill(q.distance2, q.distance2 + q.count, 1e30f);
+    std::fill(q.piece, q.piece + q.count, -1);
+    for (int k = 0; k < int(pieces_.size()); ++k) {
+        const Vec3f m = pieces_[size_t(k)].middle, t = pieces_[size_t(k)].along;
+        const float mx = m[0], my = m[1], mz = m[2], tx = t[0], ty = t[1], tz = t[2];
+        for (int i = 0; i < q.count; ++i) {
+            const float vx = q.x[i] - mx, vy = q.y[i] - my, vz = q.z[i] - mz;
+            float s = vx * tx + vy * ty + vz * tz;
+            s = s > kHalfPiece ? kHalfPiece : s;
+            s = s < -kHalfPiece ? -kHalfPiece : s;
+            const float wx = vx - s * tx, wy = vy - s * ty, wz = vz - s * tz, d2 = wx * wx + wy * wy + wz * wz;
+            q.piece[i] = d2 < q.distance2[i] ? k : q.piece[i];
+            q.distance2[i] = d2 < q.distance2[i] ? d2 : q.distance2[i];
+        }
+    }
+}
+
+Vec3f ContactDistance::Near::nearestOn(int piece, const Vec3f& p) const {
+    const Vec3f v = p - pieces_[size_t(piece)].middle, t = pieces_[size_t(piece)].along;
+    return pieces_[size_t(piece)].middle +
+           t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
 }
 
 PAVEL_WIDE Vec3 ContactDistance::nearest(const Vec3& p) const {

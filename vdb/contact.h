@@ -38,13 +38,26 @@ class ContactDistance {
     /// The pieces around a block, for many queries there.
     class Near {
       public:
-        bool empty() const { return lanes_.empty(); }
-        /// Distance to the nearest of them, and the point; `most` where all are farther.
-        float nearest(const Vec3f& p, float most, Vec3f& point) const;
+        bool empty() const { return pieces_.empty(); }
+        /// Points of a block, in any number up to kMost, and what is asked of them.
+        struct Queries {
+            static constexpr int kMost = 512;
+            int count = 0;
+            float x[kMost], y[kMost], z[kMost];
+            float distance2[kMost];  ///< to the nearest piece
+            int piece[kMost];        ///< which that is
+        };
+        void nearest(Queries& queries) const;
+        Vec3f nearestOn(int piece, const Vec3f& p) const;
+        /// Squared distance from a point to the box around all pieces, for a first look.
+        float toBox2(const Vec3f& p) const;
 
       private:
         friend class ContactDistance;
-        std::vector<RimLanes> lanes_;
+        struct Piece {
+            Vec3f middle, along;
+        };
+        std::vector<Piece> pieces_;
         Vec3f lower_{1e9f, 1e9f, 1e9f}, upper_{-1e9f, -1e9f, -1e9f};  // of the pieces
     };
     /// Pieces that may be nearer than `distance` to a point of the ball.

@@ -102,6 +102,8 @@ class Front {
     /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
     /// away from the rim. `trusted`: how near to the rim phi still tells the angle.
     double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim, double trusted) const;
+    /// How far from the rim that holds.
+    double wedgeReach() const { return std::min(4.0, 0.7 * a * element.size); }
     /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the
     /// zero set of a product with it would be pitted.
     double scaleFor(double contact) const;
@@ -136,7 +138,6 @@ class Front {
     double speedAt(double contact) const;
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;
-    double wedgeReach() const { return std::min(4.0, 0.7 * a * element.size); }
     double innerScale(GrowthBlock& block, int v) const;
     GrowthCell& touch(GrowthBlock& block, int v);
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;

@@ -201,26 +201,89 @@ PAVEL_WIDE void upsample(const float* nodes, int factor, float* out) {
     }
 }
 
+/// Front::wedgeArrival and scaleFor for many points at once.
+struct Wedge {
+    explicit Wedge(const Front& front)
+        : weight(float(front.weight)),
+          a(float(front.a * front.element.size)),
+          b(float(front.b * front.element.size)),
+          reach(float(front.wedgeReach())) {}
+    float weight, a, b, reach;  ///< a and b in voxels of the front's grid
+
+    [[gnu::always_inline]] float speed(float d) const {
+        const float rising = d / a * (2 - d / a), u = (d - a) / (b - a), w = (b - d) / (b - a),
+                    falling = d <= 0.5f * (a + b) ? 1 - 2 * u * u : 2 * w * w, any = d <= a ? rising : falling;
+        return d >= b ? 0 : weight * any;
+    }
+};
+
+/// M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 4.4.46; for x in [0, 1].
+[[gnu::always_inline]] inline float arcsine(float x) {
+    const float p =
+        1.5707963050f +
+        x * (-0.2145988016f +
+             x * (0.0889789874f +
+                  x * (-0.0501743046f +
+                       x * (0.0308918810f + x * (-0.0170881256f + x * (0.0066700901f - x * 0.0012624911f))))));
+    return 1.57079633f - std::sqrt(1 - x) * p;
+}
+
+/// Points of a fine block near a rim, in coarse voxels.
+struct NearRim : ContactDistance::Near::Queries {
+    int voxel[kMost];
+    float phi[kMost], distance[kMost], time[kMost], scale[kMost];
+};
+
+constexpr float kNever = 1e30f;
+
+PAVEL_WIDE void wedgeTimes(const Wedge& wedge, float least, NearRim& q) {
+    for (int i = 0; i < q.count; ++i) {
+        const float d = std::sqrt(q.distance2[i]), share = q.phi[i] / d, speed = wedge.speed(d),
+                    time = arcsine(share < 1 ? share : 1) * d / speed;
+        const bool swept = (d > 0) & (d <= wedge.reach) & (q.phi[i] <= 3) & (speed > 0);
+        q.distance[i] = d;
+        q.time[i] = swept ? time : kNever;
+        q.scale[i] = wedge.speed(d < least ? least : d);
+    }
+}
+
 /// Interpolation knows nothing of a field that turns around the rim like the hand of a clock.
 void mendNearRim(const Front& front, const Coord& origin, int factor, const float* placed, GrownBlock& out) {
-    constexpr double kOnly = 1, kNone = 2;  // coarse voxels from the rim: nothing but the wedge; nothing of it
-    const double toCoarse = 1.0 / factor;
-    const ContactDistance::Near rims = front.element.contact->near((centreOf(origin) + Vec3(3.5, 3.5, 3.5)) * toCoarse,
-                                                                   3.5 * std::sqrt(3.0) * toCoarse, kNone);
+    constexpr float kOnly = 1, kNone = 2;  // coarse voxels from the rim: nothing but the wedge; nothing of it
+    const float toCoarse = 1 / float(factor);
+    const ContactDistance::Near rims =
+        front.element.contact->near((centreOf(origin) + Vec3(3.5, 3.5, 3.5)) * double(toCoarse),
+                                    3.5 * std::sqrt(3.0) * double(toCoarse), double(kNone));
     if (rims.empty()) return;
+    NearRim q;
     for (int v = 0; v < 512; ++v) {
-        const double phi = placed[v] * toCoarse;
-        if (phi <= 0 || phi >= kNone || !(out.scale[v] > 0) || std::abs(out.way[v]) > 2 * kBand) continue;
-        const Vec3 p = centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))) * toCoarse;
-        Vec3f rim;
-        const double d = rims.nearest({float(p[0]), float(p[1]), float(p[2])}, float(kNone), rim);
+        const float phi = placed[v] * toCoarse;
+        if (!((phi > 0) & (phi < kNone) & (out.scale[v] > 0) & (std::abs(out.way[v]) <= 2 * kBand))) continue;
+        const Coord c = origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+        const Vec3f p{float(c[0]) * toCoarse, float(c[1]) * toCoarse, float(c[2]) * toCoarse};
+        if (rims.toBox2(p) >= kNone * kNone) continue;
+        q.x[q.count] = p[0], q.y[q.count] = p[1], q.z[q.count] = p[2];
+        q.voxel[q.count] = v, q.phi[q.count++] = phi;
+    }
+    if (q.count == 0) return;
+    rims.nearest(q);
+    const double trusted = 2 * double(toCoarse);
+    wedgeTimes(Wedge(front), float(std::min(2.0, front.a * front.element.size)), q);
+    for (int i = 0; i < q.count; ++i) {
+        const float d = q.distance[i];
         if (d >= kNone) continue;
-        const double time = front.wedgeArrival(p, phi, d, Vec3(rim[0], rim[1], rim[2]), 2 * toCoarse);
-        if (time > 1e30) continue;
-        const double scale = factor * front.scaleFor(d), wedge = scale * (time - double(front.stopTime)),
-                     share = std::clamp((kNone - d) / (kNone - kOnly), 0.0, 1.0);
-        out.way[v] = float(share * wedge + (1 - share) * out.way[v]);
-        out.scale[v] = float(share * scale + (1 - share) * out.scale[v]);
+        double time = double(q.time[i]);
+        if (double(d) < trusted) {
+            const Vec3f p{q.x[i], q.y[i], q.z[i]}, rim = rims.nearestOn(q.piece[i], p);
+            time = front.wedgeArrival(Vec3(p[0], p[1], p[2]), double(q.phi[i]), double(d), Vec3(rim[0], rim[1], rim[2]),
+                                      trusted);
+        }
+        if (time >= double(kNever)) continue;
+        const float scale = float(factor) * q.scale[i], wedge = float(double(scale) * (time - double(front.stopTime))),
+                    share = std::clamp((kNone - d) / (kNone - kOnly), 0.f, 1.f);
+        const int v = q.voxel[i];
+        out.way[v] = share * wedge + (1 - share) * out.way[v];
+        out.scale[v] = share * scale + (1 - share) * out.scale[v];
     }
 }
 

@@ -132,13 +132,37 @@ std::vector<Meeting> meetings(const std::vector<Facet>& facets, double band) {
     return all;
 }
 
+/// A facet's plane and the planes through its edges along a row of voxels.
+struct FacetRow {
+    double above[8];   ///< the facet's plane
+    double within[8];  ///< the nearest edge's, positive over the facet's inside
+    double bound[8];   ///< no more than the squared distance to the facet, and equal to it over its inside
+};
+
+[[gnu::always_inline]] inline void along(const Facet& f, const Vec3& start, FacetRow& row) {
+    const double height = dot(start - f.a, f.normal), ab = dot(start - f.a, f.in[0]), bc = dot(start - f.b, f.in[1]),
+                 ca = dot(start - f.c, f.in[2]);
+    const double up = f.normal[2], upAb = f.in[0][2], upBc = f.in[1][2], upCa = f.in[2][2];
+    PAVEL_ROLLED
+    for (int z = 0; z < 8; ++z) {
+        const double above = height + z * up, inAb = ab + z * upAb, inBc = bc + z * upBc, inCa = ca + z * upCa;
+        double least = inAb < inBc ? inAb : inBc;
+        least = inCa < least ? inCa : least;
+        const double out = least < 0 ? least : 0;
+        row.above[z] = above;
+        row.bound[z] = above * above + out * out;
+        row.within[z] = least;
+    }
+}
+
 /// One block's distances; null where none is within the band.
-WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band) {
+PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band) {
     const Coord origin = originOf(first->block);
     double distance2[512];
     bool inside[512];
     std::fill(distance2, distance2 + 512, double(band) * band);
     bool any = false;
+    FacetRow ahead;
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& f = facets[size_t(m->facet)];
         int lo[3], hi[3];
@@ -149,11 +173,16 @@ WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* first, const
         for (int x = lo[0]; x <= hi[0]; ++x)
             for (int y = lo[1]; y <= hi[1]; ++y) {
                 const Vec3 row(origin[0] + x, origin[1] + y, origin[2]);
-                const double height = dot(row - f.a, f.normal);
+                along(f, row, ahead);
                 for (int z = lo[2]; z <= hi[2]; ++z) {
                     const int v = x * 64 + y * 8 + z;
-                    const double above = height + z * f.normal[2];
-                    if (above * above >= distance2[v]) continue;
+                    if (ahead.bound[z] >= distance2[v]) continue;
+                    if (ahead.within[z] > 0) {
+                        any = true;
+                        distance2[v] = ahead.bound[z];
+                        inside[v] = ahead.above[z] < 0;
+                        continue;
+                    }
                     const Vec3* normal = nullptr;
                     const Vec3 d = fromNearest(f, row + Vec3(0, 0, z), normal);
                     const double d2 = dot(d, d);
