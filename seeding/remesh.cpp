@@ -1,10 +1,13 @@
 #include "pavel/seeding/remesh.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <map>
 #include <numeric>
 
 #include "pavel/core/error.h"
+#include "pavel/core/mesh_check.h"
 #include "pavel/seeding/coarsen.h"
 #include "pavel/seeding/remesher.h"
 
@@ -21,6 +24,66 @@ constexpr double kFitCoarse = 0.6, kFitFine = 0.2;
 /// Length of an edge where all triangles are equilateral.
 double spacingOf(double area, size_t vertices) {
     return std::sqrt(area / double(vertices) * 2 / std::sqrt(3.0));
+}
+
+/// The components, each triangle's group its number in the mesh.
+std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh) {
+    const TriangleMesh whole = manifold(mesh);
+    size_t count = 0;
+    const std::vector<int> component = triangleComponents(whole, &count);
+    std::vector<TriangleMesh> parts(count);
+    std::vector<int> number(whole.points.size(), -1);
+    for (size_t t = 0; t < whole.triangles.size(); ++t) {
+        TriangleMesh& part = parts[size_t(component[t])];
+        Triangle corners = whole.triangles[t];
+        for (int& v : corners) {
+            int& n = number[size_t(v)];
+            if (n < 0) n = int(part.points.size()), part.points.push_back(whole.points[size_t(v)]);
+            v = n;
+        }
+        part.triangles.push_back(corners);
+        part.groups.push_back(int(t));
+    }
+    return parts;
+}
+
+/// How many vertices each part deserves. The distance between n triangles and a surface goes with its area and total
+/// curvature over n, so that the sum is least for shares as the root of their product.
+std::vector<double> sharesOf(const std::vector<TriangleMesh>& parts) {
+    constexpr double kFlat = 1;  // times the mean curvature are added to each: flat parts get some, angles stay good
+    std::vector<double> areas(parts.size()), bends(parts.size());
+    tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) {
+        areas[i] = meshArea(parts[i]);
+        const auto neighbours = triangleNeighbours(parts[i]);
+        for (size_t t = 0; t < neighbours.size(); ++t)
+            for (int k = 0; k < 3; ++k)
+                if (const int n = neighbours[t][size_t(k)]; n > int(t))
+                    bends[i] += length(parts[i].corner(t, (k + 1) % 3) - parts[i].corner(t, k)) *
+                                std::acos(std::clamp(
+                                    dot(triangleNormal(parts[i], t), triangleNormal(parts[i], size_t(n))), -1.0, 1.0));
+    });
+    const double area = std::accumulate(areas.begin(), areas.end(), 0.0),
+                 bend = std::accumulate(bends.begin(), bends.end(), 0.0);
+    std::vector<double> shares;
+    for (size_t i = 0; i < parts.size(); ++i)
+        shares.push_back(bend > 0 ? std::sqrt(areas[i] * (bends[i] / bend + kFlat * areas[i] / area)) : areas[i]);
+    return shares;
+}
+
+/// One component, whose groups number its triangles; as it is where it has no more vertices than that.
+Remeshed remeshedPart(TriangleMesh mesh, size_t vertices, const std::function<void(double)>& progress) {
+    std::vector<int> original = std::move(mesh.groups);
+    mesh.groups.clear();
+    if (mesh.points.size() <= vertices) return {std::move(mesh), std::move(original)};
+    // Clusters of triangles tell where creases are: none may be as large as a cluster.
+    const double spacing = spacingOf(meshArea(mesh), vertices);
+    mesh.groups = std::move(original);
+    subdivideLongEdges(mesh, 0.5 * spacing);
+    original = std::move(mesh.groups);
+    mesh.groups.clear();
+    Remeshed out = Remesher(std::move(mesh), vertices, spacing).run(progress);
+    for (int& t : out.source) t = original[size_t(t)];
+    return out;
 }
 
 }  // namespace
@@ -240,7 +303,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
         improveWorst();
     }
     placeVertices();
-    fitPlaces();
+    for (int round = 0; round < 2; ++round) fitPlaces();
     Remeshed out;
     std::vector<int> kept;
     out.mesh = tri_.compact(kept);
@@ -255,17 +318,25 @@ Remeshed remeshed(const TriangleMesh& mesh, size_t vertices, const std::function
     if (mesh.points.size() <= vertices)
         throw InputError("the mesh has " + std::to_string(mesh.points.size()) +
                          " vertices; ask for fewer than that, not " + std::to_string(vertices));
-    // Clusters of triangles tell where creases are: none may be as large as a cluster.
-    TriangleMesh fine = manifold(mesh);
-    fine.groupNames.clear();
-    fine.groups.resize(mesh.triangles.size());
-    std::iota(fine.groups.begin(), fine.groups.end(), 0);
-    const double spacing = spacingOf(meshArea(mesh), vertices);
-    subdivideLongEdges(fine, 0.5 * spacing);
-    const std::vector<int> original = std::move(fine.groups);
-    fine.groups.clear();
-    Remeshed out = Remesher(std::move(fine), vertices, spacing).run(progress);
-    for (int& t : out.source) t = original[size_t(t)];
+    std::vector<TriangleMesh> parts = partsOf(mesh);
+    const std::vector<double> shares = sharesOf(parts);
+    const size_t largest = size_t(std::max_element(shares.begin(), shares.end()) - shares.begin());
+    const double all = std::accumulate(shares.begin(), shares.end(), 0.0);
+    std::vector<Remeshed> remade(parts.size());
+    tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) {
+        if (i != largest)
+            remade[i] = remeshedPart(std::move(parts[i]),
+                                     std::max(size_t(4), size_t(double(vertices) * shares[i] / all + 0.5)), {});
+    });
+    // The largest makes up for what was not met elsewhere.
+    size_t taken = 0;
+    for (const Remeshed& r : remade) taken += r.mesh.points.size();
+    remade[largest] = remeshedPart(std::move(parts[largest]), vertices > taken + 4 ? vertices - taken : 4, progress);
+    Remeshed out = std::move(remade[0]);
+    for (size_t i = 1; i < remade.size(); ++i) {
+        append(out.mesh, remade[i].mesh);
+        out.source.insert(out.source.end(), remade[i].source.begin(), remade[i].source.end());
+    }
     return out;
 }
 

@@ -18,6 +18,7 @@ struct Remeshed {
 /// Short edges are collapsed until the number is reached; then edges flip towards the Delaunay triangulation, and
 /// vertices walk on the input's surface to the centroids of what surrounds them. Vertices near creases are moved onto
 /// them by the quadrics of the surface around them (M. Garland and P. Heckbert 1997), so that creases stay sharp.
+/// Vertices are evenly spaced on each component; small, bent ones get more of them than their share of the area.
 /// Topology is that of the input: components, genus and boundaries are kept; vertices on boundaries stay on them.
 /// Equal for any number of threads. Time and memory O(triangles).
 /// @param mesh manifold edges, consistently oriented; a boundary is welcome, groups are dropped

@@ -97,6 +97,21 @@ TEST(Remesh, PartsHandlesAndBoundariesStay) {
     for (const Vec3& p : open.mesh.points) EXPECT_NEAR(p[2], sheet.points[0][2], 1e-9);
 }
 
+TEST(Remesh, SmallPartsGetMoreThanTheirShareOfTheArea) {
+    TriangleMesh mesh = test::sphere(10, Vec3(0, 0, 0), 160);
+    append(mesh, test::sphere(1, Vec3(20, 0, 0), 60));
+    const Remeshed r = remeshed(mesh, 4000);
+    EXPECT_EQ(r.mesh.points.size(), 4000u);
+    EXPECT_EQ(meshFacts(r.mesh).components, 2u);
+    const auto isSmall = [](const Vec3& p) { return p[0] > 15; };
+    const auto small = std::count_if(r.mesh.points.begin(), r.mesh.points.end(), isSmall);
+    EXPECT_NEAR(double(small), 90, 3);  // 40 by the area, 360 by the curvature
+    for (size_t t = 0; t < r.source.size(); ++t) {
+        const int from = mesh.triangles[size_t(r.source[t])][0];
+        EXPECT_EQ(isSmall(mesh.points[size_t(from)]), isSmall(r.mesh.corner(t, 0)));
+    }
+}
+
 TEST(Remesh, SourcesLieUnderTheirTriangles) {
     const TriangleMesh torus = test::torus(10, 4, 160);
     const Remeshed r = remeshed(torus, 800);
