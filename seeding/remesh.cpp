@@ -50,6 +50,7 @@ std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh) {
 /// How many vertices each part deserves. The distance between n triangles and a surface goes with its area and total
 /// curvature over n, so that the sum is least for shares as the root of their product.
 std::vector<double> sharesOf(const std::vector<TriangleMesh>& parts) {
+    if (parts.size() == 1) return {1};
     constexpr double kFlat = 1;  // times the mean curvature are added to each: flat parts get some, angles stay good
     std::vector<double> areas(parts.size()), bends(parts.size());
     tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) {
@@ -294,7 +295,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
     fit_ = kFitFine;
     settle(24, span(0.5, 0.95));
     dissolveTiny();
-    for (int round = 0; round < 4; ++round) {
+    for (int round = 0; round < 2; ++round) {
         flipEdges(false);
         improveAngles();
     }
@@ -303,7 +304,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
         improveWorst();
     }
     placeVertices();
-    for (int round = 0; round < 2; ++round) fitPlaces();
+    fitPlaces();
     Remeshed out;
     std::vector<int> kept;
     out.mesh = tri_.compact(kept);

@@ -57,7 +57,6 @@ class Remesher {
     void flipEdges(bool byValence);
     double sharpestAround(Vertex v, const Vec3& p) const;
     bool facesOut(Vertex v, const Vec3& p) const;
-    double leastAnglesAround(Vertex v, const Vec3& p) const;
     template <class Score>
     bool improvePlace(Vertex v, std::initializer_list<double> reaches, int directions, Score score);
     void improveAngles();
