@@ -163,6 +163,7 @@ PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* f
     std::fill(distance2, distance2 + 512, double(band) * band);
     bool any = false;
     FacetRow ahead;
+    constexpr double kOn = 1e-9;  // rounding shall not tell the side of voxels that lie in a facet's plane
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& f = facets[size_t(m->facet)];
         int lo[3], hi[3];
@@ -180,7 +181,7 @@ PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* f
                     if (ahead.within[z] > 0) {
                         any = true;
                         distance2[v] = ahead.bound[z];
-                        inside[v] = ahead.above[z] < 0;
+                        inside[v] = ahead.above[z] < -kOn;
                         continue;
                     }
                     const Vec3* normal = nullptr;
@@ -197,7 +198,7 @@ PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* f
     auto leaf = std::make_unique<WorkLeaf>(origin, band, false);
     for (openvdb::Index v = 0; v < 512; ++v) {
         if (!(distance2[v] < double(band) * band)) continue;
-        const float d = float(std::sqrt(distance2[v]));
+        const float d = std::max(float(std::sqrt(distance2[v])), 1e-6f);  // zero would be no side at all
         leaf->setValueOn(v, inside[v] ? -d : d);
     }
     return leaf.release();
