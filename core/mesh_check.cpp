@@ -57,6 +57,25 @@ std::vector<int> triangleComponents(const TriangleMesh& mesh, size_t* count) {
     return component;
 }
 
+std::vector<MeshPart> connectedParts(const TriangleMesh& mesh) {
+    size_t count = 0;
+    const std::vector<int> component = triangleComponents(mesh, &count);
+    std::vector<MeshPart> parts(count);
+    std::vector<int> number(mesh.points.size(), -1);
+    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+        MeshPart& part = parts[size_t(component[t])];
+        Triangle corners = mesh.triangles[t];
+        for (int& v : corners) {
+            int& n = number[size_t(v)];
+            if (n < 0) n = int(part.mesh.points.size()), part.mesh.points.push_back(mesh.points[size_t(v)]);
+            v = n;
+        }
+        part.mesh.triangles.push_back(corners);
+        part.source.push_back(int(t));
+    }
+    return parts;
+}
+
 namespace {
 
 size_t weld(TriangleMesh& mesh) {

@@ -39,4 +39,11 @@ std::vector<std::string> makeSolid(TriangleMesh& mesh, const std::string& name, 
 /// Which connected part each triangle belongs to, from 0 on; parts are connected by shared vertices.
 std::vector<int> triangleComponents(const TriangleMesh& mesh, size_t* count);
 
+struct MeshPart {
+    TriangleMesh mesh;        ///< without groups
+    std::vector<int> source;  ///< for each of its triangles the number in the whole
+};
+/// The connected parts, each with its own vertices. O(triangles).
+std::vector<MeshPart> connectedParts(const TriangleMesh& mesh);
+
 }  // namespace pavel

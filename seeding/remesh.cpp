@@ -26,42 +26,22 @@ double spacingOf(double area, size_t vertices) {
     return std::sqrt(area / double(vertices) * 2 / std::sqrt(3.0));
 }
 
-/// The components, each triangle's group its number in the mesh.
-std::vector<TriangleMesh> partsOf(const TriangleMesh& mesh) {
-    const TriangleMesh whole = manifold(mesh);
-    size_t count = 0;
-    const std::vector<int> component = triangleComponents(whole, &count);
-    std::vector<TriangleMesh> parts(count);
-    std::vector<int> number(whole.points.size(), -1);
-    for (size_t t = 0; t < whole.triangles.size(); ++t) {
-        TriangleMesh& part = parts[size_t(component[t])];
-        Triangle corners = whole.triangles[t];
-        for (int& v : corners) {
-            int& n = number[size_t(v)];
-            if (n < 0) n = int(part.points.size()), part.points.push_back(whole.points[size_t(v)]);
-            v = n;
-        }
-        part.triangles.push_back(corners);
-        part.groups.push_back(int(t));
-    }
-    return parts;
-}
-
 /// How many vertices each part deserves. The distance between n triangles and a surface goes with its area and total
 /// curvature over n, so that the sum is least for shares as the root of their product.
-std::vector<double> sharesOf(const std::vector<TriangleMesh>& parts) {
+std::vector<double> sharesOf(const std::vector<MeshPart>& parts) {
     if (parts.size() == 1) return {1};
     constexpr double kFlat = 1;  // times the mean curvature are added to each: flat parts get some, angles stay good
     std::vector<double> areas(parts.size()), bends(parts.size());
     tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) {
-        areas[i] = meshArea(parts[i]);
-        const auto neighbours = triangleNeighbours(parts[i]);
+        const TriangleMesh& part = parts[i].mesh;
+        areas[i] = meshArea(part);
+        const auto neighbours = triangleNeighbours(part);
         for (size_t t = 0; t < neighbours.size(); ++t)
             for (int k = 0; k < 3; ++k)
                 if (const int n = neighbours[t][size_t(k)]; n > int(t))
-                    bends[i] += length(parts[i].corner(t, (k + 1) % 3) - parts[i].corner(t, k)) *
-                                std::acos(std::clamp(
-                                    dot(triangleNormal(parts[i], t), triangleNormal(parts[i], size_t(n))), -1.0, 1.0));
+                    bends[i] +=
+                        length(part.corner(t, (k + 1) % 3) - part.corner(t, k)) *
+                        std::acos(std::clamp(dot(triangleNormal(part, t), triangleNormal(part, size_t(n))), -1.0, 1.0));
     });
     const double area = std::accumulate(areas.begin(), areas.end(), 0.0),
                  bend = std::accumulate(bends.begin(), bends.end(), 0.0);
@@ -71,19 +51,18 @@ std::vector<double> sharesOf(const std::vector<TriangleMesh>& parts) {
     return shares;
 }
 
-/// One component, whose groups number its triangles; as it is where it has no more vertices than that.
-Remeshed remeshedPart(TriangleMesh mesh, size_t vertices, const std::function<void(double)>& progress) {
-    std::vector<int> original = std::move(mesh.groups);
-    mesh.groups.clear();
-    if (mesh.points.size() <= vertices) return {std::move(mesh), std::move(original)};
+/// One component; as it is where it has no more vertices than that.
+Remeshed remeshedPart(MeshPart part, size_t vertices, const std::function<void(double)>& progress) {
+    TriangleMesh& mesh = part.mesh;
+    if (mesh.points.size() <= vertices) return {std::move(mesh), std::move(part.source)};
     // Clusters of triangles tell where creases are: none may be as large as a cluster.
     const double spacing = spacingOf(meshArea(mesh), vertices);
-    mesh.groups = std::move(original);
+    mesh.groups = std::move(part.source);  // groups are handed on
     subdivideLongEdges(mesh, 0.5 * spacing);
-    original = std::move(mesh.groups);
+    const std::vector<int> source = std::move(mesh.groups);
     mesh.groups.clear();
     Remeshed out = Remesher(std::move(mesh), vertices, spacing).run(progress);
-    for (int& t : out.source) t = original[size_t(t)];
+    for (int& t : out.source) t = source[size_t(t)];
     return out;
 }
 
@@ -319,7 +298,7 @@ Remeshed remeshed(const TriangleMesh& mesh, size_t vertices, const std::function
     if (mesh.points.size() <= vertices)
         throw InputError("the mesh has " + std::to_string(mesh.points.size()) +
                          " vertices; ask for fewer than that, not " + std::to_string(vertices));
-    std::vector<TriangleMesh> parts = partsOf(mesh);
+    std::vector<MeshPart> parts = connectedParts(manifold(mesh));
     const std::vector<double> shares = sharesOf(parts);
     const size_t largest = size_t(std::max_element(shares.begin(), shares.end()) - shares.begin());
     const double all = std::accumulate(shares.begin(), shares.end(), 0.0);

@@ -34,6 +34,7 @@ void Remesher::fitPlaces() {
     constexpr int kIterations = 8;
     constexpr double kFarthest = 0.3;  // spacings
     constexpr double kStiff = 0.3;     // share of the quadrics, against moves in which they do not differ
+    constexpr double kFacing = 0.6;    // cosine between a triangle and those of the surface that are under it
     constexpr double kSliver = 0.86;   // cosine of the least angle that may come of it
     const Connectivity& m = tri_.mesh;
     const TriangleMesh& mesh = surface_.mesh();
@@ -68,7 +69,7 @@ void Remesher::fitPlaces() {
         for (auto f = m.cvf_ccwbegin(Vertex(owner_[t])); f.is_valid(); ++f) {
             const auto& c = faces[size_t(f->idx())].corner;
             const Vec3& n = faces[size_t(f->idx())].normal;
-            if (dot(n, from) <= 0.6) continue;
+            if (dot(n, from) <= kFacing) continue;
             const auto w = weightsOf(middle_[t], tri_.at(c[0]), tri_.at(c[1]), tri_.at(c[2]));
             const Vec3 off = middle_[t] - (w[0] * tri_.at(c[0]) + w[1] * tri_.at(c[1]) + w[2] * tri_.at(c[2]));
             if (const double d = dot(off, off); d < least) {

@@ -4,6 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "pavel/vdb/recovery_function.h"
+
 namespace pavel {
 namespace {
 
@@ -210,11 +212,7 @@ struct Wedge {
           reach(float(front.wedgeReach())) {}
     float weight, a, b, reach;  ///< a and b in voxels of the front's grid
 
-    [[gnu::always_inline]] float speed(float d) const {
-        const float rising = d / a * (2 - d / a), u = (d - a) / (b - a), w = (b - d) / (b - a),
-                    falling = d <= 0.5f * (a + b) ? 1 - 2 * u * u : 2 * w * w, any = d <= a ? rising : falling;
-        return d >= b ? 0 : weight * any;
-    }
+    [[gnu::always_inline]] float speed(float d) const { return weight * recoveryFunction(d, a, b); }
 };
 
 /// M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 4.4.46; for x in [0, 1].

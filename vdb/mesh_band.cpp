@@ -245,28 +245,15 @@ openvdb::FloatTree::Ptr solidBand(const TriangleMesh& mesh, float halfWidth) {
     return isDistance(*tree) ? tree : nullptr;
 }
 
-/// The parts that nothing connects; none where there are more than `most`.
-std::vector<TriangleMesh> piecesOf(const TriangleMesh& mesh, size_t most) {
-    size_t count = 0;
-    const std::vector<int> component = triangleComponents(mesh, &count);
-    if (count > most) return {};
-    std::vector<TriangleMesh> pieces(count);
-    for (size_t t = 0; t < mesh.triangles.size(); ++t)
-        pieces[size_t(component[t])].triangles.push_back(mesh.triangles[t]);
-    for (TriangleMesh& piece : pieces) {
-        piece.points = mesh.points;
-        removeUnusedVertices(piece);
-    }
-    return pieces;
-}
-
 }  // namespace
 
 openvdb::FloatTree::Ptr meshBand(const TriangleMesh& mesh, float halfWidth) {
     constexpr size_t kMostPieces = 32;
+    const std::vector<MeshPart> pieces = connectedParts(mesh);
+    if (pieces.size() > kMostPieces) return nullptr;
     openvdb::FloatTree::Ptr all;
-    for (const TriangleMesh& piece : piecesOf(mesh, kMostPieces)) {
-        const openvdb::FloatTree::Ptr band = solidBand(piece, halfWidth);
+    for (const MeshPart& piece : pieces) {
+        const openvdb::FloatTree::Ptr band = solidBand(piece.mesh, halfWidth);
         if (!band) return nullptr;
         if (all)
             openvdb::tools::csgUnion(*all, *band);

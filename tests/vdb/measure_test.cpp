@@ -11,12 +11,12 @@ namespace {
 
 TEST(RecoveryFunction, ValuesAndSlopes) {
     constexpr double a = 0.1, b = 0.3;
-    EXPECT_EQ(recoveryFunction(0, a, b), 0);
-    EXPECT_EQ(recoveryFunction(-1, a, b), 0);
+    EXPECT_EQ(recoveryFunction(0.0, a, b), 0);
+    EXPECT_EQ(recoveryFunction(-1.0, a, b), 0);
     EXPECT_DOUBLE_EQ(recoveryFunction(a, a, b), 1);
     EXPECT_DOUBLE_EQ(recoveryFunction((a + b) / 2, a, b), 0.5);
     EXPECT_EQ(recoveryFunction(b, a, b), 0);
-    EXPECT_EQ(recoveryFunction(1, a, b), 0);
+    EXPECT_EQ(recoveryFunction(1.0, a, b), 0);
     const auto slope = [&](double x) {
         return (recoveryFunction(x + 1e-7, a, b) - recoveryFunction(x - 1e-7, a, b)) / 2e-7;
     };

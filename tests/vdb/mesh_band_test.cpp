@@ -51,6 +51,13 @@ TEST(MeshBand, IsTheDistanceToABoxWithItsSide) {
     EXPECT_LE(tree->activeVoxelCount(), most);
 }
 
+TEST(MeshBand, VoxelsOnTheSurfaceAreOutsideOnAllSides) {
+    const auto tree = meshBand(test::box(Vec3(-8, -5, 2), Vec3(9, 6, 14)), 3);
+    ASSERT_TRUE(tree);
+    EXPECT_EQ(voxelsInside(*tree), 16 * 10 * 11);
+    for (auto v = tree->cbeginValueOn(); v; ++v) EXPECT_NE(*v, 0);
+}
+
 TEST(MeshBand, MatchesTheNearestOfAllTriangles) {
     TriangleMesh mesh = test::sphere(23.7);
     for (Vec3& p : mesh.points)
