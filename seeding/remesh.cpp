@@ -30,7 +30,7 @@ double spacingOf(double area, size_t vertices) {
 /// curvature over n, so that the sum is least for shares as the root of their product.
 std::vector<double> sharesOf(const std::vector<MeshPart>& parts) {
     if (parts.size() == 1) return {1};
-    constexpr double kFlat = 1;  // times the mean curvature are added to each: flat parts get some, angles stay good
+    constexpr double kFlat = 4;  // times the mean curvature are added to each: flat parts get some, angles stay good
     std::vector<double> areas(parts.size()), bends(parts.size());
     tbb::parallel_for(size_t(0), parts.size(), [&](size_t i) {
         const TriangleMesh& part = parts[i].mesh;
@@ -95,6 +95,13 @@ double Remesher::lengthOf(Edge e) const {
     return length(tri_.at(tri_.mesh.from_vertex_handle(h)) - tri_.at(tri_.mesh.to_vertex_handle(h)));
 }
 
+/// Length of an edge in the lengths that edges are to have there.
+double Remesher::relativeLengthOf(Edge e) const {
+    const Halfedge h = tri_.mesh.halfedge_handle(e, 0);
+    return 2 * lengthOf(e) /
+           (spacing_ * (gradeAt(tri_.mesh.from_vertex_handle(h)) + gradeAt(tri_.mesh.to_vertex_handle(h))));
+}
+
 /// Does the edge run along a crease?
 bool Remesher::follows(Vertex a, Vertex b) const {
     const Vec3 d = normalized(tri_.at(b) - tri_.at(a));
@@ -111,6 +118,17 @@ bool Remesher::fits(Vertex a, Vertex b, Vertex c) const {
     const Vec3 n = normalized(normal(a, b, c));
     for (Vertex v : {a, b, c})
         if (kind_[size_t(v.idx())] == Kind::smooth && dot(n, on_[size_t(v.idx())].normal) < fit_) return false;
+    return true;
+}
+
+/// Do both triangles beside an edge fit?
+bool Remesher::fits(Edge e) const {
+    const Connectivity& m = tri_.mesh;
+    for (int side = 0; side < 2; ++side)
+        if (const Halfedge h = m.halfedge_handle(e, side);
+            !m.is_boundary(h) &&
+            !fits(m.from_vertex_handle(h), m.to_vertex_handle(h), m.to_vertex_handle(m.next_halfedge_handle(h))))
+            return false;
     return true;
 }
 
@@ -160,13 +178,17 @@ void Remesher::split(Edge e) {
 
 /// Splits long edges and collapses short ones: this is what heals faults in the pattern.
 void Remesher::anneal() {
-    const double target = spacing_ * std::sqrt(double(tri_.vertices) / double(count_));
+    const double scale = std::sqrt(double(tri_.vertices) / double(count_));
     const size_t edges = tri_.mesh.n_edges();
+    // What is folded must not feed itself: it can only be split, not collapsed.
     for (size_t i = 0; i < edges; ++i)
-        if (alive(Edge(int(i))) && lengthOf(Edge(int(i))) > kLong * target) split(Edge(int(i)));
-    for (size_t i = 0; i < tri_.mesh.n_edges(); ++i)
-        if (alive(Edge(int(i))) && lengthOf(Edge(int(i))) < kShort * target)
-            collapse(Edge(int(i)), kLong * target, 0.5);
+        if (const Edge e{int(i)}; alive(e) && relativeLengthOf(e) > kLong * scale && fits(e)) split(e);
+    for (size_t i = 0; i < tri_.mesh.n_edges(); ++i) {
+        const Edge e{int(i)};
+        if (!alive(e)) continue;
+        if (const double relative = relativeLengthOf(e); relative < kShort * scale)
+            collapse(e, kLong * scale * lengthOf(e) / relative, 0.5);
+    }
 }
 
 /// Every triangle into four: the new vertices have six neighbours, so that the pattern's order is handed on.
@@ -204,7 +226,7 @@ void Remesher::meetCount() {
         std::vector<std::pair<double, int>> edges;
         const double sign = tri_.vertices > count_ ? 1 : -1;
         for (size_t i = 0; i < tri_.mesh.n_edges(); ++i)
-            if (alive(Edge(int(i)))) edges.emplace_back(sign * lengthOf(Edge(int(i))), int(i));
+            if (alive(Edge(int(i)))) edges.emplace_back(sign * relativeLengthOf(Edge(int(i))), int(i));
         std::sort(edges.begin(), edges.end());
         for (size_t k = 0; k < edges.size() && tri_.vertices != count_; ++k) {
             const Edge e{edges[k].second};
@@ -239,9 +261,9 @@ void Remesher::dissolveTiny() {
 void Remesher::settle(int rounds, const std::function<void(double)>& report) {
     for (int round = 0; round < rounds; ++round) {
         if (round % 4 == 2 && round < rounds - 4) findCreases(true);
-        if (round < rounds / 4)
+        if (round < rounds / 2)
             anneal();
-        else if (round == rounds / 4)
+        else if (round == rounds / 2)
             meetCount();
         flipEdges(round < rounds * 7 / 10);
         relax();
@@ -272,7 +294,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
     count_ = count;
     spacing_ = spacing;
     fit_ = kFitFine;
-    settle(24, span(0.5, 0.95));
+    settle(20, span(0.5, 0.95));
     dissolveTiny();
     for (int round = 0; round < 2; ++round) {
         flipEdges(false);

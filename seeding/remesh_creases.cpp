@@ -174,7 +174,45 @@ void Remesher::findCreases(bool classify) {
         kind_[v] = rank <= 1 ? Kind::smooth : rank == 2 ? Kind::crease : Kind::corner;
         optimum_[v] = on_[v].position + move;
     });
-    if (classify) findCorners(planes);
+    if (!classify) return;
+    findCorners(planes);
+    if (grade_.empty()) findGrades(planes);
+}
+
+/// How long edges are to be: shorter where the surface bends, since its distance to triangles goes with their area and
+/// its curvature; changing slowly from edge to edge, so that angles stay good. Found once and tied to the surface:
+/// vertices that carried it along would drag it with them.
+void Remesher::findGrades(const std::vector<Planes>& planes) {
+    constexpr double kFlat = 0.3, kBent = 2;  // least and largest bend that counts, in means
+    constexpr int kSmoothing = 6;             // rounds
+    std::vector<double> bend(on_.size(), 0);
+    double bends = 0, area = 0, wanted = 0;
+    for (size_t v = 0; v < on_.size(); ++v) {
+        const Planes& p = planes[v];
+        if (!(p.area > 0)) continue;
+        bend[v] = std::sqrt(std::max(0.0, 1 - length(p.normal) / p.area) / p.area);
+        bends += bend[v] * p.area;
+        area += p.area;
+    }
+    std::vector<double> grade(on_.size(), 1), next;
+    for (size_t v = 0; v < on_.size() && bends > 0; ++v)
+        grade[v] = 1 / std::sqrt(kFlat + std::min(kBent, bend[v] * area / bends));
+    for (int round = 0; round < kSmoothing; ++round) {
+        next = grade;
+        tbb::parallel_for(size_t(0), on_.size(), [&](size_t v) {
+            if (tri_.mesh.status(Vertex(int(v))).deleted()) return;
+            double sum = 2 * grade[v], weight = 2;
+            for (auto it = tri_.mesh.cvv_ccwbegin(Vertex(int(v))); it.is_valid(); ++it)
+                sum += grade[size_t(it->idx())], ++weight;
+            next[v] = sum / weight;
+        });
+        grade.swap(next);
+    }
+    for (size_t v = 0; v < on_.size(); ++v) wanted += planes[v].area / (grade[v] * grade[v]);
+    const double scale = std::sqrt(wanted / area);  // as many vertices as without
+    grade_.assign(owner_.size(), 1);
+    for (size_t t = 0; t < owner_.size(); ++t)
+        if (owner_[t] >= 0) grade_[t] = scale * grade[size_t(owner_[t])];
 }
 
 /// Off the surface to where the quadrics have their least: straight up or down where it is smooth.

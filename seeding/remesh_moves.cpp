@@ -223,24 +223,27 @@ void Remesher::improveWorst() {
         }
 }
 
-/// To the centroid of the triangles around it: what an optimal Delaunay triangulation asks for (L. Chen and M. Holst,
-/// Efficient mesh optimization schemes based on optimal Delaunay triangulations, 2011, section 3).
+/// To the centroid of the triangles around it, heavier where edges are to be short: what an optimal Delaunay
+/// triangulation asks for (L. Chen and M. Holst, Efficient mesh optimization schemes based on optimal Delaunay
+/// triangulations, 2011, section 3).
 Vec3 Remesher::centroidStep(Vertex v) const {
     const Vec3& p = tri_.at(v);
     Vec3 sum(0, 0, 0), normals(0, 0, 0);
-    double areas = 0;
+    double areas = 0, weights = 0;
     for (auto it = tri_.mesh.cvoh_ccwbegin(v); it.is_valid(); ++it) {
-        const Vec3 a = tri_.at(tri_.mesh.to_vertex_handle(*it)) - p,
-                   b = tri_.at(tri_.mesh.to_vertex_handle(tri_.mesh.next_halfedge_handle(*it))) - p;
-        const Vec3 n = cross(a, b);
-        const double area = length(n);
+        const Vertex next = tri_.mesh.to_vertex_handle(*it),
+                     last = tri_.mesh.to_vertex_handle(tri_.mesh.next_halfedge_handle(*it));
+        const Vec3 a = tri_.at(next) - p, b = tri_.at(last) - p, n = cross(a, b);
+        const double area = length(n), grade = (gradeAt(v) + gradeAt(next) + gradeAt(last)) / 3,
+                     weight = area / (grade * grade * grade);
         normals += n;
-        sum += area / 3 * (a + b);
+        sum += weight / 3 * (a + b);
+        weights += weight;
         areas += area;
     }
     // The few vertices of a tiny part would all meet.
     const bool around = length(normals) < kAround * areas && tri_.mesh.valence(v) <= 4;
-    return areas > 0 && !around ? sum / areas : Vec3(0, 0, 0);
+    return areas > 0 && !around ? sum / weights : Vec3(0, 0, 0);
 }
 
 /// Onto the crease, and along it to the middle between its neighbours there.

@@ -45,6 +45,7 @@ class Remesher {
     Remeshed run(const std::function<void(double)>& progress);
 
   private:
+    friend class PlaceFit;
     void startFrom(const Triangulation& dense);
     void standOn(std::vector<SurfacePoint> points);
     Vec3 normal(Vertex a, Vertex b, Vertex c) const { return cross(tri_.at(b) - tri_.at(a), tri_.at(c) - tri_.at(a)); }
@@ -67,10 +68,14 @@ class Remesher {
     void relax();
     void assignTriangles();
     std::vector<Planes> planesAround() const;
+    void findGrades(const std::vector<Planes>& planes);
+    double gradeAt(Vertex v) const { return grade_.empty() ? 1 : grade_[size_t(on_[size_t(v.idx())].triangle)]; }
     void findCorners(const std::vector<Planes>& planes);
     void findCreases(bool classify);
     double lengthOf(Edge e) const;
+    double relativeLengthOf(Edge e) const;
     bool fits(Vertex a, Vertex b, Vertex c) const;
+    bool fits(Edge e) const;
     bool staysClose(Halfedge h) const;
     bool collapse(Edge e, double longest, double turn);
     void split(Edge e);
@@ -93,6 +98,7 @@ class Remesher {
     std::vector<int> valence_;   // while edges are flipped
     std::vector<Vec3> middle_;   // of each triangle of the surface
     std::vector<int> owner_;     // nearest vertex of each triangle of the surface
+    std::vector<double> grade_;  // how long edges are to be over each triangle of the surface, in spacings
 };
 
 }  // namespace pavel

@@ -52,7 +52,7 @@ TEST(Remesh, ASphereBecomesRegularAndStaysASphere) {
     EXPECT_TRUE(facts.fit());
     EXPECT_EQ(facts.euler, 2);
     const Quality q = qualityOf(r.mesh);
-    EXPECT_GT(q.meanAngle, 54);
+    EXPECT_GT(q.meanAngle, 53.5);
     EXPECT_GT(q.worstAngle, 26);
     EXPECT_GT(q.sixShare, 0.8);
     // Triangles with their corners on the sphere would lose 2e-3.
@@ -105,11 +105,30 @@ TEST(Remesh, SmallPartsGetMoreThanTheirShareOfTheArea) {
     EXPECT_EQ(meshFacts(r.mesh).components, 2u);
     const auto isSmall = [](const Vec3& p) { return p[0] > 15; };
     const auto small = std::count_if(r.mesh.points.begin(), r.mesh.points.end(), isSmall);
-    EXPECT_NEAR(double(small), 90, 3);  // 40 by the area, 360 by the curvature
+    EXPECT_NEAR(double(small), 64, 3);  // 40 by the area, 360 by the curvature
     for (size_t t = 0; t < r.source.size(); ++t) {
         const int from = mesh.triangles[size_t(r.source[t])][0];
         EXPECT_EQ(isSmall(mesh.points[size_t(from)]), isSmall(r.mesh.corner(t, 0)));
     }
+}
+
+TEST(Remesh, EdgesAreShorterWhereTheSurfaceBends) {
+    TriangleMesh ellipsoid = test::sphere(1, Vec3(0, 0, 0), 240);
+    for (Vec3& p : ellipsoid.points) p = Vec3(20 * p[0], 6 * p[1], 6 * p[2]);
+    const TriangleMesh out = remeshed(ellipsoid, 3000).mesh;
+    double tips = 0, waist = 0;
+    int tipEdges = 0, waistEdges = 0;
+    for (size_t t = 0; t < out.triangles.size(); ++t) {
+        const Vec3 a = out.corner(t, 0), b = out.corner(t, 1);
+        if (const double x = std::abs(a[0] + b[0]) / 2; x > 18)
+            tips += length(b - a), ++tipEdges;
+        else if (x < 8)
+            waist += length(b - a), ++waistEdges;
+    }
+    tips /= tipEdges, waist /= waistEdges;
+    EXPECT_LT(tips, 0.85 * waist);
+    EXPECT_GT(tips, 0.5 * waist);
+    EXPECT_GT(qualityOf(out).meanAngle, 53);
 }
 
 TEST(Remesh, SourcesLieUnderTheirTriangles) {
