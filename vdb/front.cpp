@@ -113,6 +113,17 @@ double Front::scaleFor(double contact) const {
     return weight * recoveryFunction(std::max(least, contact) / element.size, a, b);
 }
 
+double Front::scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const {
+    constexpr float kNearRim = 3;
+    if (cell.state[i] == kInner) return double(cell.contact[i]);
+    if (cell.contact[i] < 0) return 0;
+    const double speed = scaleFor(cell.contact[i]);
+    const float phi = block.placedAt(v);
+    if (phi <= 0 || cell.contact[i] < kNearRim || !(cell.time[i] < kNever)) return speed;
+    const double share = std::clamp(2.5 - double(phi), 0.0, 1.0);  // placed distances end at 3
+    return speed + share * std::max(0.0, double(phi) / double(cell.time[i]) - speed);
+}
+
 double Front::speedOf(GrowthBlock* block, int v) {
     float& contact = touch(*block, v).contact[GrowthBlock::inCell(v)];
     if (contact < 0)
@@ -154,7 +165,7 @@ double Front::innerScale(GrowthBlock& block, int v) const {
         int n;
         const GrowthBlock* other = step(&block, v, side, n);
         if (!other || !other->hasTime(n)) continue;
-        sum += scaleAt(*other->cellAt(n), GrowthBlock::inCell(n));
+        sum += scaleAt(*other, *other->cellAt(n), n, GrowthBlock::inCell(n));
         ++count;
     }
     return count ? sum / count : 0;
@@ -224,10 +235,10 @@ void Front::lookBeyond() {
     for (size_t k = 0; k < made; ++k) {
         GrowthBlock& block = blocks[k];
         block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
-            if (!(cell.time[i] < kNever) || float(scaleAt(cell, i)) > slow) return;
-            askBeside(&block, v);
+            if (!(cell.time[i] < kNever)) return;
+            if (float(scaleAt(block, cell, v, i)) <= slow) askBeside(&block, v);
             if (cell.state[i] != kInner) return;
-            // Its neighbours' mean will do for marching; where the speed ends within a voxel it would leave warts.
+            // Its neighbours' mean will do for marching, but would leave warts where the speed changes much in a voxel.
             cell.contact[i] = contactAt(block, v);
             cell.state[i] = kBody;
             const float scale = float(scaleFor(cell.contact[i]));
@@ -250,6 +261,20 @@ void Front::push(GrowthBlock* block, int v, double time) {
     std::push_heap(heap_.begin(), heap_.end());
 }
 
+/// Zero where the placed distance has no direction.
+Vec3 Front::placedNormal(GrowthBlock& block, int v) const {
+    Vec3 gradient(0, 0, 0);
+    for (int side = 0; side < 6; ++side) {
+        int n;
+        const GrowthBlock* other = step(&block, v, side, n);
+        Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+        c[side / 2] += side % 2 ? 1 : -1;
+        gradient[side / 2] += (side % 2 ? 1 : -1) * double(other ? other->placedAt(n) : element.placed->getValue(c));
+    }
+    const double l = length(gradient);
+    return l > 0.5 ? gradient / l : Vec3(0, 0, 0);
+}
+
 void Front::start() {
     for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
         const ClaimBlock* claims = nullptr;
@@ -264,7 +289,13 @@ void Front::start() {
             const double speed = speedOf(block, v);
             if (speed > 0) {
                 const double wedge = wedgeArrival(*block, v);
-                push(block, v, wedge < kNever ? wedge : std::max(0.f, phi) / speed);
+                double halfway = speed;
+                if (wedge >= kNever && phi > 0) {
+                    const Vec3 p = centreOf(leaf->origin() + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
+                    const Vec3 foot = p - double(phi) * placedNormal(*block, v);
+                    halfway = std::max(0.5 * speed, speedAt((*element.contact)(0.5 * (p + foot))));
+                }
+                push(block, v, wedge < kNever ? wedge : std::max(0.f, phi) / halfway);
             } else
                 dormant_ = true;
         }
@@ -273,10 +304,12 @@ void Front::start() {
 
 /// Godunov's upwind solution of |grad T| = 1 / speed from the accepted neighbours.
 double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const {
-    double t[3];
+    struct Side {
+        double time, contact;
+    } sides[3];
     int count = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        double best = kNever;
+        Side best{kNever, 0};
         for (int side = 2 * axis; side < 2 * axis + 2; ++side) {
             int n;
             const GrowthBlock* other = step(block, v, side, n);
@@ -285,24 +318,36 @@ double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts) 
             if (!cell) continue;
             const int i = GrowthBlock::inCell(n);
             const uint8_t s = cell->state[i];
-            if (s == kReal || (withGhosts && s == kGhost)) best = std::min(best, double(cell->time[i]));
+            if ((s == kReal || (withGhosts && s == kGhost)) && double(cell->time[i]) < best.time)
+                best = {double(cell->time[i]), double(cell->contact[i])};
         }
-        if (best >= kNever) continue;
+        if (best.time >= kNever) continue;
         int k = count++;  // insertion sort
-        for (; k > 0 && t[k - 1] > best; --k) t[k] = t[k - 1];
-        t[k] = best;
+        for (; k > 0 && sides[k - 1].time > best.time; --k) sides[k] = sides[k - 1];
+        sides[k] = best;
     }
     if (count == 0) return kNever;
-    const double slowness = 1 / speed;
-    double result = t[0] + slowness, sum = t[0], squares = t[0] * t[0];
-    for (int k = 1; k < count && result > t[k]; ++k) {
-        sum += t[k];
-        squares += t[k] * t[k];
-        const double m = k + 1, disc = sum * sum - m * (squares - slowness * slowness);
-        if (disc < 0) break;
-        result = (sum + std::sqrt(disc)) / m;
+    const auto solve = [&](double slowness) {
+        double result = sides[0].time + slowness, sum = sides[0].time, squares = sum * sum;
+        for (int k = 1; k < count && result > sides[k].time; ++k) {
+            const double t = sides[k].time, m = k + 1;
+            sum += t;
+            squares += t * t;
+            const double disc = sum * sum - m * (squares - slowness * slowness);
+            if (disc < 0) break;
+            result = (sum + std::sqrt(disc)) / m;
+        }
+        return result;
+    };
+    // The speed halfway to where the front comes from, else the order of arrival would show where it changes.
+    const double first = solve(1 / speed);
+    double weights = 1e-30, speeds = 0;
+    for (int k = 0; k < count && first > sides[k].time; ++k) {
+        const double step = first - sides[k].time;
+        weights += step * step;
+        speeds += step * step * speedAt(sides[k].contact);
     }
-    return result;
+    return solve(2 / (speed + std::max(speeds / weights, 0.5 * speed)));
 }
 
 bool Front::heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const {

@@ -107,10 +107,10 @@ class Front {
     /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the
     /// zero set of a product with it would be pitted.
     double scaleFor(double contact) const;
-    /// Turns times into distances; 0 where the front does not go.
-    double scaleAt(const GrowthCell& cell, int i) const {
-        return cell.state[i] == kInner ? double(cell.contact[i]) : cell.contact[i] >= 0 ? scaleFor(cell.contact[i]) : 0;
-    }
+    /// Turns times into distances: the speed at the voxel, or beyond the rim the mean speed on the way from the placed
+    /// surface, where that is larger: distances then go over into the placed ones where the speed ends. 0 where the
+    /// front does not go.
+    double scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const;
     GrowthBlock* probe(const Coord& origin) const;
 
     const WorkElement& element;
@@ -139,6 +139,7 @@ class Front {
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;
     double innerScale(GrowthBlock& block, int v) const;
+    Vec3 placedNormal(GrowthBlock& block, int v) const;
     GrowthCell& touch(GrowthBlock& block, int v);
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);

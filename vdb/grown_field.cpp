@@ -36,7 +36,7 @@ struct FrontBlock {
             const bool timed = cell.time[i] < GrowthBlock::kNever,
                        asked = cell.contact[i] >= 0 && cell.state[i] != kInner;
             if (!timed && !asked) return;
-            const float s = float(front.scaleAt(cell, i));
+            const float s = float(front.scaleAt(block, cell, v, i));
             if (timed)
                 scale[v] = s, way[v] = s * (cell.time[i] - front.stopTime);
             else

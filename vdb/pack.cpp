@@ -249,9 +249,11 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
 }
 
 int marchingFactor(double across, double rise, double marchAcross) {
-    constexpr double kRise = 3;
+    // Coarse voxels to where growth is fastest; eight to one pays off later than it would be exact enough.
+    constexpr double kRise = 2.6, kRiseLast = 3.5;
     int factor = 1;
-    while (factor < 8 && across >= marchAcross * 2 * factor && rise >= kRise * 2 * factor) factor *= 2;
+    while (factor < 8 && across >= marchAcross * 2 * factor && rise >= (factor < 4 ? kRise : kRiseLast) * 2 * factor)
+        factor *= 2;
     return factor;
 }
 
@@ -394,10 +396,13 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     if (!packed.empty()) grids.elements = putAway(std::move(packed));
     constexpr double kWorthAWord = 1e-3;
     std::vector<int> swallowed, widened, short_;
-    const uint64_t factor3 = uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
+    const double factor3 = double(factor) * factor * factor;
     for (size_t i = 0; i < n; ++i) {
         result.counts.decorationVoxels += voxels[i];
-        result.counts.overlapVoxels += (coarse[i].placedVoxels - coarse[i].bodyVoxels) * factor3;
+        const WorkElement& e = coarse[i];
+        // Whole layers of coarse voxels would be too rough a measure.
+        result.counts.overlapVoxels += factor == 1 ? e.placedVoxels - e.bodyVoxels
+                                                   : uint64_t(std::max(0.0, e.placedVolume - e.bodyVolume) * factor3);
         if (!coarse[i].bodyVoxels)
             swallowed.push_back(coarse[i].id);
         else if (result.elements[i].unrecoveredVolume > kWorthAWord * result.elements[i].targetVolume)

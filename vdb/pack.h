@@ -34,8 +34,8 @@ struct ElementResult {
     double widenedB = 0;        ///< the b it needed, where that is more than the material's; else 0
 };
 
-/// Voxels of the result. Where fronts march on a coarser grid (PackOptions::marchAcross), overlap and grown voxels are
-/// counted on that one and taken to the result's, and decoration voxels come from the placed volumes.
+/// Voxels of the result. Where fronts march on a coarser grid (PackOptions::marchAcross), grown voxels are counted on
+/// that one and taken to the result's, and decoration and overlap voxels come from the volumes.
 struct PackCounts {
     uint64_t decorationVoxels = 0, overlapVoxels = 0, baseVoxels = 0, grownVoxels = 0, activeVoxels = 0;
 };

@@ -134,7 +134,7 @@ bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
             std::fill(made.scale, made.scale + 512, 0.f);
             block->forEachVoxel([&](int v, const GrowthCell& cell, int k) {
                 if (!(cell.time[k] < GrowthBlock::kNever)) return;
-                made.scale[v] = float(front->scaleAt(cell, k));
+                made.scale[v] = float(front->scaleAt(*block, cell, v, k));
                 made.way[v] = made.scale[v] * (cell.time[k] - front->stopTime);
             });
             field.way = made.way;
