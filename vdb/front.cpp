@@ -276,30 +276,32 @@ Vec3 Front::placedNormal(GrowthBlock& block, int v) const {
 }
 
 void Front::start() {
+    // The body has a leaf wherever the placed shape has one, even where none of its voxels lie in it.
     for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
         const ClaimBlock* claims = nullptr;
         const WorkLeaf::NodeMaskType beside = besideBody(*element.body, *leaf);
         for (auto at = beside.beginOn(); at; ++at) {
             const int v = int(at.pos());
             if (!claims) claims = claims_.block(leaf->origin());
-            if (claims->claims[v].load(std::memory_order_relaxed) != kFree) continue;
-            GrowthBlock* block = make(leaf->origin());
-            const float phi = block->placedAt(v);
-            if (phi > 1.8f) continue;
-            const double speed = speedOf(block, v);
-            if (speed > 0) {
-                const double wedge = wedgeArrival(*block, v);
-                double halfway = speed;
-                if (wedge >= kNever && phi > 0) {
-                    const Vec3 p = centreOf(leaf->origin() + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
-                    const Vec3 foot = p - double(phi) * placedNormal(*block, v);
-                    halfway = std::max(0.5 * speed, speedAt((*element.contact)(0.5 * (p + foot))));
-                }
-                push(block, v, wedge < kNever ? wedge : std::max(0.f, phi) / halfway);
-            } else
-                dormant_ = true;
+            if (claims->claims[v].load(std::memory_order_relaxed) == kFree) enter(*make(leaf->origin()), v);
         }
     }
+}
+
+/// From the body into a voxel beside it.
+void Front::enter(GrowthBlock& block, int v) {
+    const float phi = block.placedAt(v);
+    if (phi > 1.8f) return;
+    const double speed = speedOf(&block, v);
+    if (speed <= 0) {
+        dormant_ = true;
+        return;
+    }
+    const double wedge = wedgeArrival(block, v);
+    if (wedge < kNever || phi <= 0) return push(&block, v, wedge < kNever ? wedge : 0);
+    const Vec3 p = centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
+    const double halfway = speedAt((*element.contact)(p - 0.5 * double(phi) * placedNormal(block, v)));
+    push(&block, v, double(phi) / std::max(0.5 * speed, halfway));
 }
 
 /// Godunov's upwind solution of |grad T| = 1 / speed from the accepted neighbours.
@@ -364,7 +366,12 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
     for (int side = 0; side < 6; ++side) {
         int n;
         const GrowthBlock* other = step(block, v, side, n);
-        if (!other) continue;
+        if (!other) {  // nothing of the front is there, but the body may be
+            Coord c = block->origin;
+            c[side / 2] += side % 2 ? 8 : -8;
+            besideReal |= element.body->isValueOn(c + WorkLeaf::offsetToLocalCoord(openvdb::Index(n)));
+            continue;
+        }
         const VoxelState s = other->state(n);
         besideReal |= s == kReal || s == kBody || s == kInner;
         besideGhost |= s == kGhost;

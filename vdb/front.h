@@ -144,6 +144,7 @@ class Front {
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
     void push(GrowthBlock* block, int v, double time);
+    void enter(GrowthBlock& block, int v);
 
     ClaimMap& claims_;
     std::unordered_map<Coord, GrowthBlock*, CoordHash> map_;

@@ -338,6 +338,47 @@ TEST(Pack, GapIsLeftEverywhere) {
     EXPECT_LT(nearest, gap + 0.3);  // and no wider than asked for
 }
 
+TEST(Pack, FlatFacesAtTheEndsOfBlocksGrowLikeOthers) {
+    // Where a body's last layer of voxels ends a leaf, the front starts in leaves that know nothing of the body. The
+    // faces fall towards the contact by a voxel, so that the first to start are far from all others.
+    std::vector<ElementKind> kinds(1);
+    kinds[0].mesh = test::box({0, 0, 0}, {44, 44, 25.5});
+    const double bottom = -1.55, fall = 0.9 / 44;
+    const auto topAt = [&](double x) { return 23.95 - fall * (x + 40.3); };
+    std::vector<PlacedElement> placed(2);
+    for (int i = 0; i < 2; ++i) {
+        placed[size_t(i)].id = i + 1;
+        placed[size_t(i)].worldFromElement.origin = Vec3(-40.3 + 36 * i, -20.6, bottom);
+    }
+    placed[0].worldFromElement.x = normalized(Vec3(1, 0, -fall));
+    placed[0].worldFromElement.z = normalized(Vec3(fall, 0, 1));
+    PackOptions options;
+    options.voxelSize = 1;
+    options.marchAcross = 1e9;  // on the result's own grid
+    options.b = 0.6;
+    RunContext context;
+    const Packing p = pack(test::box({-80, -60, -12}, {80, 60, 0}), kinds, placed, options, context);
+    const WorkTree::Ptr tree = treesOf(p)[0];
+    const auto heightAt = [&](int x, int y) {
+        for (int z = 35; z > 20; --z)
+            if (const double in = tree->getValue(Coord(x, y, z)); in < 0) {
+                const double out = tree->getValue(Coord(x, y, z + 1));
+                return double(z) + in / (in - out);
+            }
+        return 0.0;
+    };
+    double most = 0;
+    for (int x = -34; x < -17; ++x)
+        for (int y = -14; y < 14; ++y) {
+            const double height = heightAt(x, y);
+            EXPECT_GT(height, topAt(x) - 0.05);
+            EXPECT_LT(std::abs(heightAt(x + 1, y) - height), 0.4) << x << " " << y;
+            EXPECT_LT(std::abs(heightAt(x, y + 1) - height), 0.4) << x << " " << y;
+            most = std::max(most, height);
+        }
+    EXPECT_GT(most, topAt(-17) + 1);
+}
+
 TEST(Pack, SwallowedAndWalledInElementsAreNamed) {
     SmallScene scene;
     ElementKind tiny;
