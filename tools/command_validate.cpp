@@ -43,12 +43,12 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     const double surface = n * area / weights / (h * h), baseSurface = meshArea(base) / (h * h);
     // Bytes for each voxel of surface, as measured on the built-in scenes: bands of placed and trimmed bodies, growth,
     // meshes.
-    const double bytes = 300e6 + 380 * surface + 360 * baseSurface;
+    const double bytes = 240e6 + 300 * surface + 285 * baseSurface;
     // Seconds of CPU, likewise: the whole run with its files; growth costs by the surface on the grid that fronts march
     // on.
     const double factor =
                      marchingFactor(thinnest * (1 - scene.sizeVariation) / h, rise * (1 - scene.sizeVariation) / h),
-                 cpu = 3.5 + 0.0024 * n + 6.2e-6 * (surface + baseSurface) + 2.6e-6 * surface / (factor * factor);
+                 cpu = 2.5 + 0.0018 * n + 4.5e-6 * (surface + baseSurface) + 1.9e-6 * surface / (factor * factor);
     const int threads = options.threads > 0 ? options.threads : int(tbb::info::default_concurrency());
     std::printf(
         "%s: valid\n  elements           about %.0f\n  voxel size         %.6g %s\n  decoration voxels  about %.1f "
