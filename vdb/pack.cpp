@@ -249,11 +249,9 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
 }
 
 int marchingFactor(double across, double rise, double marchAcross) {
-    // Coarse voxels to where growth is fastest; eight to one pays off later than it would be exact enough.
-    constexpr double kRise = 2.6, kRiseLast = 3.5;
+    constexpr double kRise = 3;  // less leaves holes where much volume comes back in a narrow band
     int factor = 1;
-    while (factor < 8 && across >= marchAcross * 2 * factor && rise >= (factor < 4 ? kRise : kRiseLast) * 2 * factor)
-        factor *= 2;
+    while (factor < 8 && across >= marchAcross * 2 * factor && rise >= kRise * 2 * factor) factor *= 2;
     return factor;
 }
 
