@@ -261,20 +261,6 @@ void Front::push(GrowthBlock* block, int v, double time) {
     std::push_heap(heap_.begin(), heap_.end());
 }
 
-/// Zero where the placed distance has no direction.
-Vec3 Front::placedNormal(GrowthBlock& block, int v) const {
-    Vec3 gradient(0, 0, 0);
-    for (int side = 0; side < 6; ++side) {
-        int n;
-        const GrowthBlock* other = step(&block, v, side, n);
-        Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-        c[side / 2] += side % 2 ? 1 : -1;
-        gradient[side / 2] += (side % 2 ? 1 : -1) * double(other ? other->placedAt(n) : element.placed->getValue(c));
-    }
-    const double l = length(gradient);
-    return l > 0.5 ? gradient / l : Vec3(0, 0, 0);
-}
-
 void Front::start() {
     // The body has a leaf wherever the placed shape has one, even where none of its voxels lie in it.
     for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
@@ -298,20 +284,15 @@ void Front::enter(GrowthBlock& block, int v) {
         return;
     }
     const double wedge = wedgeArrival(block, v);
-    if (wedge < kNever || phi <= 0) return push(&block, v, wedge < kNever ? wedge : 0);
-    const Vec3 p = centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
-    const double halfway = speedAt((*element.contact)(p - 0.5 * double(phi) * placedNormal(block, v)));
-    push(&block, v, double(phi) / std::max(0.5 * speed, halfway));
+    push(&block, v, wedge < kNever ? wedge : std::max(0.f, phi) / speed);
 }
 
 /// Godunov's upwind solution of |grad T| = 1 / speed from the accepted neighbours.
 double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const {
-    struct Side {
-        double time, contact;
-    } sides[3];
+    double t[3];
     int count = 0;
     for (int axis = 0; axis < 3; ++axis) {
-        Side best{kNever, 0};
+        double best = kNever;
         for (int side = 2 * axis; side < 2 * axis + 2; ++side) {
             int n;
             const GrowthBlock* other = step(block, v, side, n);
@@ -320,36 +301,24 @@ double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts) 
             if (!cell) continue;
             const int i = GrowthBlock::inCell(n);
             const uint8_t s = cell->state[i];
-            if ((s == kReal || (withGhosts && s == kGhost)) && double(cell->time[i]) < best.time)
-                best = {double(cell->time[i]), double(cell->contact[i])};
+            if (s == kReal || (withGhosts && s == kGhost)) best = std::min(best, double(cell->time[i]));
         }
-        if (best.time >= kNever) continue;
+        if (best >= kNever) continue;
         int k = count++;  // insertion sort
-        for (; k > 0 && sides[k - 1].time > best.time; --k) sides[k] = sides[k - 1];
-        sides[k] = best;
+        for (; k > 0 && t[k - 1] > best; --k) t[k] = t[k - 1];
+        t[k] = best;
     }
     if (count == 0) return kNever;
-    const auto solve = [&](double slowness) {
-        double result = sides[0].time + slowness, sum = sides[0].time, squares = sum * sum;
-        for (int k = 1; k < count && result > sides[k].time; ++k) {
-            const double t = sides[k].time, m = k + 1;
-            sum += t;
-            squares += t * t;
-            const double disc = sum * sum - m * (squares - slowness * slowness);
-            if (disc < 0) break;
-            result = (sum + std::sqrt(disc)) / m;
-        }
-        return result;
-    };
-    // The speed halfway to where the front comes from, else the order of arrival would show where it changes.
-    const double first = solve(1 / speed);
-    double weights = 1e-30, speeds = 0;
-    for (int k = 0; k < count && first > sides[k].time; ++k) {
-        const double step = first - sides[k].time;
-        weights += step * step;
-        speeds += step * step * speedAt(sides[k].contact);
+    const double slowness = 1 / speed;
+    double result = t[0] + slowness, sum = t[0], squares = t[0] * t[0];
+    for (int k = 1; k < count && result > t[k]; ++k) {
+        sum += t[k];
+        squares += t[k] * t[k];
+        const double m = k + 1, disc = sum * sum - m * (squares - slowness * slowness);
+        if (disc < 0) break;
+        result = (sum + std::sqrt(disc)) / m;
     }
-    return solve(2 / (speed + std::max(speeds / weights, 0.5 * speed)));
+    return result;
 }
 
 bool Front::heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const {

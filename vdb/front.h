@@ -139,7 +139,6 @@ class Front {
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;
     double innerScale(GrowthBlock& block, int v) const;
-    Vec3 placedNormal(GrowthBlock& block, int v) const;
     GrowthCell& touch(GrowthBlock& block, int v);
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);

@@ -330,7 +330,7 @@ TEST(Pack, GapIsLeftEverywhere) {
             for (size_t j = 0; j < p.elements.size(); ++j) {
                 if (j == i) continue;
                 const double d = trees[j]->getValue(it.getCoord());
-                EXPECT_GT(d + outside, gap - 0.45) << i << " " << j;
+                EXPECT_GT(d + outside, gap - 0.4) << i << " " << j;
                 nearest = std::min(nearest, d + outside);
             }
         }
