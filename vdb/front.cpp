@@ -274,7 +274,7 @@ void Front::start() {
     }
 }
 
-/// From the body into a voxel beside it.
+/// From the body into a voxel beside it. The body may lie in the next block: from here on the front knows that.
 void Front::enter(GrowthBlock& block, int v) {
     const float phi = block.placedAt(v);
     if (phi > 1.8f) return;
@@ -283,6 +283,7 @@ void Front::enter(GrowthBlock& block, int v) {
         dormant_ = true;
         return;
     }
+    for (int side = 0, n; side < 6; ++side) stepOrMake(&block, v, side, n);
     const double wedge = wedgeArrival(block, v);
     push(&block, v, wedge < kNever ? wedge : std::max(0.f, phi) / speed);
 }
@@ -335,12 +336,7 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
     for (int side = 0; side < 6; ++side) {
         int n;
         const GrowthBlock* other = step(block, v, side, n);
-        if (!other) {  // nothing of the front is there, but the body may be
-            Coord c = block->origin;
-            c[side / 2] += side % 2 ? 8 : -8;
-            besideReal |= element.body->isValueOn(c + WorkLeaf::offsetToLocalCoord(openvdb::Index(n)));
-            continue;
-        }
+        if (!other) continue;
         const VoxelState s = other->state(n);
         besideReal |= s == kReal || s == kBody || s == kInner;
         besideGhost |= s == kGhost;

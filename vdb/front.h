@@ -96,8 +96,8 @@ class Front {
     /// Runs the front backwards into two layers of the body, so that times and scales are smooth across the body's
     /// surface. To be called when marching has ended.
     void finish();
-    /// Where the speed nearly ends, finds the contact distance in two layers of voxels around: their own speed tells
-    /// how much of the front's advance goes on there.
+    /// Gives the body's voxels that have times their own speed. Where it nearly ends, finds the contact distance in two
+    /// layers of voxels around: their own speed tells how much of the front's advance goes on there.
     void lookBeyond();
     /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
     /// away from the rim. `trusted`: how near to the rim phi still tells the angle.
