@@ -50,22 +50,24 @@ bool snapToCurve(const A& a, const B& b, Vec3& p) {
 }
 
 /// One point for each cell of a quarter voxel, so that the queries stay cheap.
-std::vector<Vec3f> thinned(std::vector<Vec3f> points) {
-    const auto cell = [](const Vec3f& p) {
+std::vector<RimPoint> thinned(std::vector<RimPoint> points) {
+    const auto cell = [](const RimPoint& r) {
+        const Vec3f& p = r.place;
         return std::array<int, 3>{int(std::floor(p[0] * 4)), int(std::floor(p[1] * 4)), int(std::floor(p[2] * 4))};
     };
-    std::stable_sort(points.begin(), points.end(), [&](const Vec3f& a, const Vec3f& b) { return cell(a) < cell(b); });
-    points.erase(
-        std::unique(points.begin(), points.end(), [&](const Vec3f& a, const Vec3f& b) { return cell(a) == cell(b); }),
-        points.end());
+    std::stable_sort(points.begin(), points.end(),
+                     [&](const RimPoint& a, const RimPoint& b) { return cell(a) < cell(b); });
+    points.erase(std::unique(points.begin(), points.end(),
+                             [&](const RimPoint& a, const RimPoint& b) { return cell(a) == cell(b); }),
+                 points.end());
     return points;
 }
 
 /// Main direction of the points within two voxels, by power iteration on their covariance; zero for a lone point.
-Vec3f directionAt(const std::vector<Vec3f>& points, const Vec3f& middle) {
+Vec3f directionAt(const std::vector<RimPoint>& points, const Vec3f& middle) {
     double c[6] = {};  // xx xy xz yy yz zz
-    for (const Vec3f& p : points) {
-        const Vec3f d = p - middle;
+    for (const RimPoint& p : points) {
+        const Vec3f d = p.place - middle;
         if (d.sqrnorm() > 4) continue;
         c[0] += double(d[0]) * d[0], c[1] += double(d[0]) * d[1], c[2] += double(d[0]) * d[2];
         c[3] += double(d[1]) * d[1], c[4] += double(d[1]) * d[2], c[5] += double(d[2]) * d[2];
@@ -123,9 +125,9 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
     }
 }
 
-/// Squared distance to the nearest piece, and the point on it where that is less than `best`.
+/// Squared distance to the nearest piece, and which that is where it is nearer than `best`.
 [[gnu::always_inline]] inline float nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p, float best,
-                                              Vec3f& point) {
+                                              int& piece) {
     float least[RimLanes::kCount], d2[RimLanes::kCount];
     int lane[RimLanes::kCount];
     std::fill(least, least + RimLanes::kCount, best);
@@ -142,7 +144,7 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
     for (int k = 0; k < RimLanes::kCount; ++k)
         if (least[k] < best || (least[k] == best && nearest >= 0 && lane[k] < lane[nearest]))
             best = least[k], nearest = k;
-    if (nearest >= 0) point = lanes[size_t(lane[nearest])].nearestOn(nearest, p);
+    if (nearest >= 0) piece = lane[nearest] * RimLanes::kCount + nearest;
     return best;
 }
 
@@ -150,20 +152,28 @@ Vec3f toFloat(const Vec3& p) {
     return {float(p[0]), float(p[1]), float(p[2])};
 }
 
+/// Down the slope of what is taken, along the surface.
+Vec3f awayFrom(const Vec3& taken, const Vec3& surface) {
+    const Vec3 along = (dot(taken, surface) / std::max(dot(surface, surface), 1e-9)) * surface - taken;
+    const double l = length(along);
+    return l > 0.05 ? toFloat(along / l) : Vec3f{0, 0, 0};
+}
+
 }  // namespace
 
-void ContactDistance::addRim(const std::vector<Vec3f>& points) {
+void ContactDistance::addRim(const std::vector<RimPoint>& points) {
     std::vector<std::pair<Vec3f, Vec3f>> pieces;
-    for (const Vec3f& p : points)
+    std::vector<Vec3f> away;
+    for (const RimPoint& p : points)
         if (std::none_of(pieces.begin(), pieces.end(),
-                         [&](const auto& m) { return (m.first - p).sqrnorm() < kSpacing * kSpacing; }))
-            pieces.emplace_back(p, directionAt(points, p));
-    rims_.push_back({inLanes(pieces), pieces.size()});
+                         [&](const auto& m) { return (m.first - p.place).sqrnorm() < kSpacing * kSpacing; }))
+            pieces.emplace_back(p.place, directionAt(points, p.place)), away.push_back(p.away);
+    rims_.push_back({inLanes(pieces), std::move(away)});
 }
 
 std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
     std::vector<Vec3f> points;
-    for (size_t i = 0; i < rims_[rim].count; ++i) {
+    for (size_t i = 0; i < rims_[rim].away.size(); ++i) {
         const RimLanes& l = rims_[rim].lanes[i / RimLanes::kCount];
         const size_t k = i % RimLanes::kCount;
         points.push_back({l.x[k], l.y[k], l.z[k]});
@@ -171,16 +181,26 @@ std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
     return points;
 }
 
+double ContactDistance::length() const {
+    constexpr double kApart = 1.5;  // middles of pieces, on average
+    size_t pieces = 0;
+    for (const Rim& rim : rims_) pieces += rim.away.size();
+    return kApart * double(pieces);
+}
+
 PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {
     const float reach = float(radius + distance);
     Near near;
     float d2[RimLanes::kCount];
     for (const Rim& rim : rims_)
-        for (const RimLanes& l : rim.lanes) {
+        for (size_t i = 0; i < rim.lanes.size(); ++i) {
+            const RimLanes& l = rim.lanes[i];
             distances2(l, toFloat(centre), d2);
             for (int k = 0; k < RimLanes::kCount; ++k)
                 if (d2[k] < reach * reach)
-                    near.pieces_.push_back({{l.x[k], l.y[k], l.z[k]}, {l.tx[k], l.ty[k], l.tz[k]}});
+                    near.pieces_.push_back({{l.x[k], l.y[k], l.z[k]},
+                                            {l.tx[k], l.ty[k], l.tz[k]},
+                                            rim.away[i * RimLanes::kCount + size_t(k)]});
         }
     for (const Near::Piece& piece : near.pieces_)
         for (int k = 0; k < 3; ++k) {
@@ -204,8 +224,8 @@ PAVEL_WIDE void ContactDistance::Near::nearest(Queries& q) const {
     std::fill(q.distance2, q.distance2 + q.count, 1e30f);
     std::fill(q.piece, q.piece + q.count, -1);
     for (int k = 0; k < int(pieces_.size()); ++k) {
-        const Vec3f m = pieces_[size_t(k)].middle, t = pieces_[size_t(k)].along;
-        const float mx = m[0], my = m[1], mz = m[2], tx = t[0], ty = t[1], tz = t[2];
+        const Vec3f m = pieces_[size_t(k)].middle, t = pieces_[size_t(k)].along, a = pieces_[size_t(k)].away;
+        const float mx = m[0], my = m[1], mz = m[2], tx = t[0], ty = t[1], tz = t[2], ax = a[0], ay = a[1], az = a[2];
         for (int i = 0; i < q.count; ++i) {
             const float vx = q.x[i] - mx, vy = q.y[i] - my, vz = q.z[i] - mz;
             float s = vx * tx + vy * ty + vz * tz;
@@ -213,6 +233,7 @@ PAVEL_WIDE void ContactDistance::Near::nearest(Queries& q) const {
             s = s < -kHalfPiece ? -kHalfPiece : s;
             const float wx = vx - s * tx, wy = vy - s * ty, wz = vz - s * tz, d2 = wx * wx + wy * wy + wz * wz;
             q.piece[i] = d2 < q.distance2[i] ? k : q.piece[i];
+            q.away[i] = d2 < q.distance2[i] ? wx * ax + wy * ay + wz * az : q.away[i];
             q.distance2[i] = d2 < q.distance2[i] ? d2 : q.distance2[i];
         }
     }
@@ -224,12 +245,20 @@ Vec3f ContactDistance::Near::nearestOn(int piece, const Vec3f& p) const {
            t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
 }
 
-PAVEL_WIDE Vec3 ContactDistance::nearest(const Vec3& p) const {
+PAVEL_WIDE ContactDistance::Foot ContactDistance::nearest(const Vec3& p) const {
     const Vec3f q = toFloat(p);
-    Vec3f point = q;
     float best = 1e30f;
-    for (const Rim& rim : rims_) best = nearestIn(rim.lanes, q, best, point);
-    return {point[0], point[1], point[2]};
+    Foot foot{p};
+    for (const Rim& rim : rims_) {
+        int piece = -1;
+        best = nearestIn(rim.lanes, q, best, piece);
+        if (piece < 0) continue;
+        const Vec3f on = rim.lanes[size_t(piece / RimLanes::kCount)].nearestOn(piece % RimLanes::kCount, q);
+        const Vec3f& away = rim.away[size_t(piece)];
+        foot.rim = Vec3(on[0], on[1], on[2]);
+        foot.away = dot(p - foot.rim, Vec3(away[0], away[1], away[2]));
+    }
+    return foot;
 }
 
 PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
@@ -301,7 +330,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
     // Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(origin, v): its
     // value at a voxel, without interpolation.
     const auto rimWith = [&](const auto& taken, const auto& near, const CoordBBox& box, int self) {
-        std::vector<Vec3f> points;
+        std::vector<RimPoint> points;
         forEachBlock(box, [&](const Coord& origin) {
             const WorkLeaf* leaf = e.placed->probeConstLeaf(origin);
             if (!leaf) return;
@@ -314,7 +343,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
                 const bool covered = (self >= 0 && base && sampleAt(solid, p) < -0.3) ||
                                      std::any_of(cutters.begin(), cutters.end(),
                                                  [&](const Cutter& c) { return c.index != self && c.covers(p); });
-                if (!covered) points.emplace_back(float(p[0]), float(p[1]), float(p[2]));
+                if (!covered) points.push_back({toFloat(p), awayFrom(taken(p).gradient, onSurface(p).gradient)});
             }
         });
         return thinned(std::move(points));
@@ -351,13 +380,13 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
             const bool inside = !leaf && all[size_t(c.index)].placed->getValue(origin) < 0;
             return CutterValues{leaf ? leaf->buffer().data() : nullptr, &c, origin, leaf || inside};
         };
-        std::vector<Vec3f> points = rimWith(c, nearCutter, shared, c.index);
+        const std::vector<RimPoint> points = rimWith(c, nearCutter, shared, c.index);
         if (points.empty()) continue;
         e.contacts.push_back(c.index);
         e.contact->addRim(points);
     }
     if (e.contact->empty() && base && e.lost() > 0) {
-        std::vector<Vec3f> points = rimWith(inBase, nearBase, e.box, -1);
+        const std::vector<RimPoint> points = rimWith(inBase, nearBase, e.box, -1);
         if (!points.empty()) e.contact->addRim(points);
     }
 }

@@ -7,6 +7,12 @@
 
 namespace pavel {
 
+/// A point of a rim, and the way from there along the element's own free surface: a unit vector, or zero where the two
+/// surfaces run the same way.
+struct RimPoint {
+    Vec3f place, away{0, 0, 0};
+};
+
 /// Eight straight pieces of rim, so that one instruction works on several: middle and unit direction, zero where a
 /// piece is a point.
 struct RimLanes {
@@ -25,15 +31,22 @@ struct RimLanes {
 class ContactDistance {
   public:
     /// Points on the rim to a fraction of a voxel, dense, in any order: joined into pieces one to two voxels long.
-    void addRim(const std::vector<Vec3f>& points);
+    void addRim(const std::vector<RimPoint>& points);
     bool empty() const { return rims_.empty(); }
     /// Distance in voxels; 1e9 where there is no contact. O(pieces), eight at a time: a search tree is slower.
     double operator()(const Vec3& p) const;
-    /// The nearest point on a rim; p itself where there is no contact.
-    Vec3 nearest(const Vec3& p) const;
+    /// The point on a rim that is nearest to p, and how far from it p lies along the element's free surface: negative
+    /// on the side of the shared one. p itself where there is no contact.
+    struct Foot {
+        Vec3 rim;
+        double away = 0;
+    };
+    Foot nearest(const Vec3& p) const;
     /// Middles of the pieces of one rim.
     std::vector<Vec3f> rimPoints(size_t rim) const;
     size_t rimCount() const { return rims_.size(); }
+    /// Of all rims together, in voxels, to a fifth.
+    double length() const;
 
     /// The pieces around a block, for many queries there.
     class Near {
@@ -45,6 +58,7 @@ class ContactDistance {
             int count = 0;
             float x[kMost], y[kMost], z[kMost];
             float distance2[kMost];  ///< to the nearest piece
+            float away[kMost];       ///< as in Foot
             int piece[kMost];        ///< which that is
         };
         void nearest(Queries& queries) const;
@@ -55,7 +69,7 @@ class ContactDistance {
       private:
         friend class ContactDistance;
         struct Piece {
-            Vec3f middle, along;
+            Vec3f middle, along, away;
         };
         std::vector<Piece> pieces_;
         Vec3f lower_{1e9f, 1e9f, 1e9f}, upper_{-1e9f, -1e9f, -1e9f};  // of the pieces
@@ -66,7 +80,7 @@ class ContactDistance {
   private:
     struct Rim {
         std::vector<RimLanes> lanes;
-        size_t count = 0;
+        std::vector<Vec3f> away;  ///< of each piece
     };
     std::vector<Rim> rims_;
 };

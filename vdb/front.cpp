@@ -9,7 +9,7 @@ namespace {
 
 constexpr float kNever = GrowthBlock::kNever;
 constexpr int kStep[3] = {64, 8, 1};
-constexpr double kTrusted = 2;  // voxels from the rim within which a distance tells no angle
+constexpr double kTrusted = 1;  // voxels from the rim within which a distance tells no angle
 
 /// The voxels of a leaf that are not in the body, but beside it.
 WorkLeaf::NodeMaskType besideBody(const BodyTree& body, const BodyTree::LeafNodeType& leaf) {
@@ -134,17 +134,20 @@ double Front::speedOf(GrowthBlock* block, int v) {
 /// Arrival near the contact rim, where the speed changes too fast within a voxel to march: with F = k d the front
 /// sweeps the wedge between body and neighbour like a hand of a clock, T = angle / k. Nearer than `trusted` the
 /// angle is read farther out on the same ray from the rim. Never, away from the rim.
-double Front::wedgeArrival(const Vec3& p, double phi, double d, const Vec3& rim, double trusted) const {
+double Front::wedgeArrival(const Vec3& p, double phi, double d, const ContactDistance::Foot& foot,
+                           double trusted) const {
     if (d > wedgeReach() || d <= 0 || phi <= 0 || phi > 3) return kNever;
+    const double side = foot.away / d;
     if (d < trusted) {
-        const Vec3 ray = p - rim;
+        const Vec3 ray = p - foot.rim;
         const double l = length(ray);
         if (l < 1e-3) return kNever;
-        phi = sampleAt(*element.placed, rim + (trusted / l) * ray);
+        phi = sampleAt(*element.placed, foot.rim + (trusted / l) * ray);
         d = trusted;
     }
-    const double speed = speedAt(d);
-    return speed > 0 ? std::asin(std::clamp(phi / d, 0.0, 1.0)) * d / speed : kNever;
+    const double speed = speedAt(d), rise = std::asin(std::clamp(phi / d, 0.0, 1.0)),
+                 angle = rise + behind(side) * (kPi - 2 * rise);
+    return speed > 0 ? angle * d / speed : kNever;
 }
 
 double Front::wedgeArrival(const GrowthBlock& block, int v) const {
@@ -152,9 +155,8 @@ double Front::wedgeArrival(const GrowthBlock& block, int v) const {
     if (d > wedgeReach() || d <= 0) return kNever;
     const double phi = block.placedAt(v);
     if (phi <= 0 || phi > 3) return kNever;
-    const Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-    return wedgeArrival(centreOf(c), phi, d, d < kTrusted ? element.contact->nearest(centreOf(c)) : Vec3(0, 0, 0),
-                        kTrusted);
+    const Vec3 p = centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
+    return wedgeArrival(p, phi, d, element.contact->nearest(p), kTrusted);
 }
 
 /// Mean scale of the neighbours that have times, for a body voxel beside them; 0 where there are none.
@@ -374,6 +376,10 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
         if (t >= kNever) {
             t = arrival(other, n, speed, true);
             if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
+        } else if (heldByOther(other, n, float(t), stopTimes)) {
+            // Along a face the way there runs through ghosts. It may not come out earlier than the holder's, though.
+            const float held = claimTime(other->claims->claims[n].load(std::memory_order_relaxed));
+            t = std::max(arrival(other, n, speed, true), double(std::nextafter(held, kNever)));
         }
         if (t >= kNever) continue;
         const bool waits = other->hasTime(n);  // its time is no later than its wedge's

@@ -99,9 +99,17 @@ class Front {
     /// Gives the body's voxels that have times their own speed. Where it nearly ends, finds the contact distance in two
     /// layers of voxels around: their own speed tells how much of the front's advance goes on there.
     void lookBeyond();
-    /// Arrival near the rim at a point in index space whose nearest rim point is `rim`: see the definition. Never,
-    /// away from the rim. `trusted`: how near to the rim phi still tells the angle.
-    double wedgeArrival(const Vec3& p, double phi, double contact, const Vec3& rim, double trusted) const;
+    /// Arrival near the rim at a point in index space: see the definition. Never, away from the rim. `trusted`: how
+    /// near to the rim phi still tells the angle.
+    double wedgeArrival(const Vec3& p, double phi, double contact, const ContactDistance::Foot& foot,
+                        double trusted) const;
+    /// Is a point on the side of the shared surface, where a front gets only by turning through more than a right
+    /// angle? `away`: as in ContactDistance::Foot, over the distance. 0 or 1, and a little way between them.
+    template <class Real>
+    [[gnu::always_inline]] static Real behind(Real away) {
+        const Real share = -4 * away, least = share > 0 ? share : 0;
+        return least < 1 ? least : 1;
+    }
     /// How far from the rim that holds.
     double wedgeReach() const { return std::min(4.0, 0.7 * a * element.size); }
     /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the

@@ -15,7 +15,25 @@ std::array<float, 4> cubicWeights(float t) {
     return {0.5f * (-t3 + 2 * t2 - t), 0.5f * (3 * t3 - 5 * t2 + 2), 0.5f * (-3 * t3 + 4 * t2 + t), 0.5f * (t3 - t2)};
 }
 
+/// Along one axis: how the k-th of the fine blocks in a coarse one lies among the coarse nodes.
+struct FineSpan {
+    static constexpr int kMostNodes = 7;
+    int first = 0, nodes = 0;  ///< the node at or before its first voxel; nodes from the one before that on
+    int before[8];             ///< of a voxel's four nodes the first, from the first of all
+    std::array<float, 4> weights[8];
+
+    FineSpan(int k, int factor) : first(8 * k / factor) {
+        for (int i = 0; i < 8; ++i) {
+            before[i] = (8 * k + i) / factor - first;
+            weights[i] = cubicWeights(float((8 * k + i) % factor) / float(factor));
+        }
+        nodes = before[7] + 4;
+    }
+};
+
 constexpr uint8_t kTimed = 1, kNearRim = 2;
+
+constexpr float kFar = 3;  ///< coarse voxels: what comes later than that would only make an interpolation swing
 
 /// What a front holds in one of its blocks.
 struct FrontBlock {
@@ -38,7 +56,7 @@ struct FrontBlock {
             if (!timed && !asked) return;
             const float s = float(front.scaleAt(block, cell, v, i));
             if (timed)
-                scale[v] = s, way[v] = s * (cell.time[i] - front.stopTime);
+                scale[v] = s, way[v] = std::min(kFar, s * (cell.time[i] - front.stopTime));
             else
                 speed[v] = s;
             flags[v] = uint8_t((timed ? kTimed : 0) | (asked && cell.contact[i] < 3 ? kNearRim : 0));
@@ -102,18 +120,19 @@ class Nodes {
     /// Is there anything of the front within the band, in coarse voxels?
     bool within(float band) const { return any_ && least_ <= band; }
 
-    /// The n^3 nodes around a part of the block, from the one before its first.
+    /// The nodes around a fine block, from the one before its first.
     struct Window {
         const float *phi, *way, *scale;  ///< steps kSlab, kRow, 1
-        uint8_t flags = 0;               ///< of any node
-        float least = kBand;             ///< of the front's own values, in coarse voxels
+        const FineSpan *x, *y, *z;
+        uint8_t flags = 0;    ///< of any node
+        float least = kBand;  ///< of the front's own values, in coarse voxels
     };
-    Window window(const Coord& first, int n) const {
-        const int from = index(first[0] + kBefore - 1, first[1] + kBefore - 1, first[2] + kBefore - 1);
-        Window w{phi_ + from, way_ + from, scale_ + from};
-        for (int x = 0; x < n; ++x)
-            for (int y = 0; y < n; ++y)
-                for (int i = from + index(x, y, 0), end = i + n; i < end; ++i) {
+    Window window(const FineSpan& sx, const FineSpan& sy, const FineSpan& sz) const {
+        const int from = index(sx.first + kBefore - 1, sy.first + kBefore - 1, sz.first + kBefore - 1);
+        Window w{phi_ + from, way_ + from, scale_ + from, &sx, &sy, &sz};
+        for (int x = 0; x < sx.nodes; ++x)
+            for (int y = 0; y < sy.nodes; ++y)
+                for (int i = from + index(x, y, 0), end = i + sz.nodes; i < end; ++i) {
                     w.flags |= flags_[i];
                     w.least = way_[i] < w.least ? way_[i] : w.least;
                 }
@@ -174,32 +193,29 @@ void Nodes::continueTimes() {
     pavel::continueTimes(phi_, speed_, way_, scale_);
 }
 
-/// Values on (8 / factor + 3)^3 nodes, one before the block and two beyond it, to the block's 8^3 voxels.
-PAVEL_WIDE void upsample(const float* nodes, int factor, float* out) {
-    const int n = 8 / factor + 3;
-    float alongZ[7 * 7 * 8], alongY[7 * 8 * 8];
-    std::array<float, 4> weights[8];
-    int first[8];
-    for (int i = 0; i < 8; ++i) weights[i] = cubicWeights(float(i % factor) / float(factor)), first[i] = i / factor;
-    for (int x = 0; x < n; ++x)
-        for (int y = 0; y < n; ++y)
+/// Values on the window's nodes to the block's 8^3 voxels.
+PAVEL_WIDE void upsample(const float* nodes, const Nodes::Window& w, float* out) {
+    constexpr int n = FineSpan::kMostNodes;
+    float alongZ[n * n * 8], alongY[n * 8 * 8];
+    for (int x = 0; x < w.x->nodes; ++x)
+        for (int y = 0; y < w.y->nodes; ++y)
             for (int z = 0; z < 8; ++z) {
-                const float* f = nodes + x * Nodes::kSlab + y * Nodes::kRow + first[z];
-                const auto& w = weights[z];
-                alongZ[(x * n + y) * 8 + z] = w[0] * f[0] + w[1] * f[1] + w[2] * f[2] + w[3] * f[3];
+                const float* f = nodes + x * Nodes::kSlab + y * Nodes::kRow + w.z->before[z];
+                const auto& c = w.z->weights[z];
+                alongZ[(x * n + y) * 8 + z] = c[0] * f[0] + c[1] * f[1] + c[2] * f[2] + c[3] * f[3];
             }
-    for (int x = 0; x < n; ++x)
+    for (int x = 0; x < w.x->nodes; ++x)
         for (int y = 0; y < 8; ++y) {
-            const float* f = alongZ + (x * n + first[y]) * 8;
-            const auto& w = weights[y];
+            const float* f = alongZ + (x * n + w.y->before[y]) * 8;
+            const auto& c = w.y->weights[y];
             for (int z = 0; z < 8; ++z)
-                alongY[(x * 8 + y) * 8 + z] = w[0] * f[z] + w[1] * f[8 + z] + w[2] * f[16 + z] + w[3] * f[24 + z];
+                alongY[(x * 8 + y) * 8 + z] = c[0] * f[z] + c[1] * f[8 + z] + c[2] * f[16 + z] + c[3] * f[24 + z];
         }
     for (int x = 0; x < 8; ++x) {
-        const float* f = alongY + first[x] * 64;
-        const auto& w = weights[x];
+        const float* f = alongY + w.x->before[x] * 64;
+        const auto& c = w.x->weights[x];
         for (int i = 0; i < 64; ++i)
-            out[x * 64 + i] = w[0] * f[i] + w[1] * f[64 + i] + w[2] * f[128 + i] + w[3] * f[192 + i];
+            out[x * 64 + i] = c[0] * f[i] + c[1] * f[64 + i] + c[2] * f[128 + i] + c[3] * f[192 + i];
     }
 }
 
@@ -237,7 +253,8 @@ constexpr float kNever = 1e30f;
 PAVEL_WIDE void wedgeTimes(const Wedge& wedge, float least, NearRim& q) {
     for (int i = 0; i < q.count; ++i) {
         const float d = std::sqrt(q.distance2[i]), share = q.phi[i] / d, speed = wedge.speed(d),
-                    time = arcsine(share < 1 ? share : 1) * d / speed;
+                    rise = arcsine(share < 1 ? share : 1),
+                    angle = rise + Front::behind(q.away[i] / d) * (float(kPi) - 2 * rise), time = angle * d / speed;
         const bool swept = (d > 0) & (d <= wedge.reach) & (q.phi[i] <= 3) & (speed > 0);
         q.distance[i] = d;
         q.time[i] = swept ? time : kNever;
@@ -246,7 +263,7 @@ PAVEL_WIDE void wedgeTimes(const Wedge& wedge, float least, NearRim& q) {
 }
 
 /// Interpolation knows nothing of a field that turns around the rim like the hand of a clock.
-void mendNearRim(const Front& front, const Coord& origin, int factor, const float* placed, GrownBlock& out) {
+void mendNearRim(const Front& front, const Coord& origin, int factor, const float* distance, GrownBlock& out) {
     constexpr float kOnly = 1, kNone = 2;  // coarse voxels from the rim: nothing but the wedge; nothing of it
     const float toCoarse = 1 / float(factor);
     const ContactDistance::Near rims =
@@ -255,7 +272,7 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
     if (rims.empty()) return;
     NearRim q;
     for (int v = 0; v < 512; ++v) {
-        const float phi = placed[v] * toCoarse;
+        const float phi = distance[v] * toCoarse;
         if (!((phi > 0) & (phi < kNone) & (out.scale[v] > 0) & (std::abs(out.way[v]) <= 2 * kBand))) continue;
         const Coord c = origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
         const Vec3f p{float(c[0]) * toCoarse, float(c[1]) * toCoarse, float(c[2]) * toCoarse};
@@ -273,8 +290,8 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
         double time = double(q.time[i]);
         if (double(d) < trusted) {
             const Vec3f p{q.x[i], q.y[i], q.z[i]}, rim = rims.nearestOn(q.piece[i], p);
-            time = front.wedgeArrival(Vec3(p[0], p[1], p[2]), double(q.phi[i]), double(d), Vec3(rim[0], rim[1], rim[2]),
-                                      trusted);
+            time = front.wedgeArrival(Vec3(p[0], p[1], p[2]), double(q.phi[i]), double(d),
+                                      {Vec3(rim[0], rim[1], rim[2]), double(q.away[i])}, trusted);
         }
         if (time >= double(kNever)) continue;
         const float scale = float(factor) * q.scale[i], wedge = float(double(scale) * (time - double(front.stopTime))),
@@ -285,20 +302,21 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
     }
 }
 
-/// Values of one fine block from the coarse nodes around it.
-PAVEL_WIDE void interpolate(const Nodes::Window& nodes, int factor, float slowest, const float* placed,
+/// Values of one fine block from the coarse nodes around it. `distance`: to the placed surface, beyond its band, too.
+PAVEL_WIDE void interpolate(const Nodes::Window& nodes, int factor, float slowest, const float* placed, float* distance,
                             GrownBlock& out) {
     const float k = float(factor);
-    float coarsePhi[512];
-    upsample(nodes.way, factor, out.way);
-    upsample(nodes.scale, factor, out.scale);
-    upsample(nodes.phi, factor, coarsePhi);
+    upsample(nodes.way, nodes, out.way);
+    upsample(nodes.scale, nodes, out.scale);
+    upsample(nodes.phi, nodes, distance);
     for (int v = 0; v < 512; ++v) {
         // Details of the placed surface that the coarse grid does not know ride along with the front.
-        float detail = 0.5f * (kBand - std::abs(placed[v]));
-        detail = detail > 1 ? 1 : detail;
-        detail = detail < 0 ? 0 : detail;
-        out.way[v] = k * out.way[v] + detail * (placed[v] - k * coarsePhi[v]);
+        float share = 0.5f * (kBand - std::abs(placed[v]));
+        share = share > 1 ? 1 : share;
+        share = share < 0 ? 0 : share;
+        const float detail = share * (placed[v] - k * distance[v]);
+        distance[v] = k * distance[v] + detail;
+        out.way[v] = k * out.way[v] + detail;
         out.scale[v] = out.scale[v] * k < slowest ? 0 : out.scale[v] * k;
     }
 }
@@ -313,9 +331,10 @@ PAVEL_WIDE bool reaches(const GrownBlock& block) {
 }  // namespace
 
 GrownField::GrownField(const Front& front, const WorkTree& placed, int factor) {
-    const int m = 8 / factor, n = m + 3;
+    std::vector<FineSpan> spans;
+    for (int k = 0; k < factor; ++k) spans.emplace_back(k, factor);
     const float band = kBand / float(factor), slowest = 1e-3f * float(front.weight * factor);
-    float far[512];
+    float far[512], distance[512];
     std::vector<FrontBlock> blocks;
     blocks.reserve(front.blocks.size());
     for (const GrowthBlock& grown : front.blocks) blocks.emplace_back(front, grown);
@@ -323,21 +342,22 @@ GrownField::GrownField(const Front& front, const WorkTree& placed, int factor) {
         Nodes nodes(front, blocks, grown.origin);
         if (!nodes.within(band)) continue;
         nodes.continueTimes();
-        for (int x = 0; x < 8; x += m)
-            for (int y = 0; y < 8; y += m)
-                for (int z = 0; z < 8; z += m) {
-                    const Nodes::Window window = nodes.window(Coord(x, y, z), n);
+        const Coord& corner = grown.origin;
+        for (int x = 0; x < factor; ++x)
+            for (int y = 0; y < factor; ++y)
+                for (int z = 0; z < factor; ++z) {
+                    const Nodes::Window window = nodes.window(spans[size_t(x)], spans[size_t(y)], spans[size_t(z)]);
                     if (!(window.flags & kTimed) || window.least > band) continue;
-                    const Coord at = grown.origin.offsetBy(x, y, z),
-                                origin(at[0] * factor, at[1] * factor, at[2] * factor);
+                    const Coord origin(corner[0] * factor + 8 * x, corner[1] * factor + 8 * y,
+                                       corner[2] * factor + 8 * z);
                     const WorkLeaf* leaf = placed.probeConstLeaf(origin);
                     const float tile = leaf ? 0 : placed.getValue(origin);
                     if (tile < 0) continue;  // times run backwards there, but nobody else can come
                     if (!leaf) std::fill(far, far + 512, tile);
                     const float* values = leaf ? leaf->buffer().data() : far;
                     auto block = std::make_unique<GrownBlock>();
-                    interpolate(window, factor, slowest, values, *block);
-                    if (window.flags & kNearRim) mendNearRim(front, origin, factor, values, *block);
+                    interpolate(window, factor, slowest, values, distance, *block);
+                    if (window.flags & kNearRim) mendNearRim(front, origin, factor, distance, *block);
                     if (!reaches(*block)) continue;
                     blocks_.emplace(origin, std::move(block));
                 }

@@ -13,7 +13,7 @@ struct GrownBlock {
     float scale[512];  ///< voxels per unit of time; 0 where the front does not go and `way` means nothing
 };
 
-/// A stopped front on a grid `factor` times (2, 4 or 8) finer, in the blocks where it comes near the band. Arrival
+/// A stopped front on a grid `factor` times (2 to 8) finer, in the blocks where it comes near the band. Arrival
 /// times are smooth away from the rims, so they are interpolated; near the rims they are found anew
 /// (Front::wedgeArrival).
 class GrownField {

@@ -55,9 +55,25 @@ void inOrder(const std::vector<int>& order, const RunContext& context, const cha
     context.progress(stage, to);
 }
 
+/// How far nine of ten fronts will go at most where they are fastest, in terms of the way from a contact to there: what
+/// was lost, over what a band along the rims gives back.
+double advanceOf(const std::vector<WorkElement>& elements, const std::vector<Material>& materials) {
+    std::vector<double> advances;
+    for (const WorkElement& e : elements) {
+        if (!e.bodyVoxels || std::isinf(e.stiffness) || !e.contact || e.contact->empty()) continue;
+        const Material& m = materials[size_t(e.kind)];
+        const double band = e.size * (2 * m.a / 3 + (m.b - m.a) / 2);  // the integral of the recovery function
+        advances.push_back(e.lost() / (e.contact->length() * band) / (m.a * e.size));
+    }
+    if (advances.empty()) return 0;
+    const auto most = advances.begin() + std::ptrdiff_t(advances.size() * 9 / 10);
+    std::nth_element(advances.begin(), most, advances.end());
+    return *most;
+}
+
 /// The grid for fronts that suits all elements.
 int factorFor(const std::vector<ElementKind>& kinds, const std::vector<Material>& materials,
-              const std::vector<PlacedElement>& placed, double h, double marchAcross) {
+              const std::vector<PlacedElement>& placed, double h, double marchAcross, double advance) {
     std::vector<Vec3> sizes;
     for (const ElementKind& k : kinds) sizes.push_back(meshBounds(k.mesh).size() / h);
     double thinnest = 1e300, rise = 1e300;
@@ -66,7 +82,7 @@ int factorFor(const std::vector<ElementKind>& kinds, const std::vector<Material>
         thinnest = std::min(thinnest, size.min());
         rise = std::min(rise, materials[size_t(p.kind)].a * length(size));
     }
-    return marchingFactor(thinnest, rise, marchAcross);
+    return marchingFactor(thinnest, rise, marchAcross, advance);
 }
 
 /// Canonical fields of all kinds that are placed.
@@ -248,11 +264,10 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
     }
 }
 
-int marchingFactor(double across, double rise, double marchAcross) {
-    constexpr double kRise = 3;  // less leaves holes where much volume comes back in a narrow band
-    int factor = 1;
-    while (factor < 8 && across >= marchAcross * 2 * factor && rise >= kRise * 2 * factor) factor *= 2;
-    return factor;
+int marchingFactor(double across, double rise, double marchAcross, double advance) {
+    // Less leaves holes and ripples where much volume comes back in a narrow band.
+    const double leastRise = 3 + 1.25 * advance;
+    return int(std::clamp(std::min(across / marchAcross, rise / leastRise), 1.0, 8.0));
 }
 
 Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds,
@@ -262,8 +277,6 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     std::vector<Material> materials(kinds.size(), Material{options.a, options.b});
     for (size_t k = 0; k < options.kindMaterial.size(); ++k)
         materials[k] = {options.kindMaterial[k].first, options.kindMaterial[k].second};
-    const int factor = factorFor(kinds, materials, placed, h, options.marchAcross);
-    const double coarseH = h * factor;
     const bool deep = options.contactByDepth;
     openvdb::initialize();
     Packing result;
@@ -280,17 +293,29 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     openvdb::FloatTree::Ptr coarseBase;
     {
         const StageTimer timer(context, "voxelize");
-        grids.base = coarseBase = narrowBand(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
-        if (factor > 1) {
-            coarseBase = narrowBand(baseMesh, coarseH)->treePtr();
-            fields = canonicalFields(kinds, placed, h, false);
-        }
-        coarseFields = canonicalFields(kinds, placed, coarseH, deep);
-        coarse = voxelizeAll(coarseFields, kinds, placed, coarseH, deep, context);
+        grids.base = narrowBand(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
     }
-    {
+    const auto settleOverlap = [&](int factor) {
+        {
+            const StageTimer timer(context, "voxelize");
+            coarseBase = factor > 1 ? narrowBand(baseMesh, h * factor)->treePtr() : grids.base;
+            coarseFields = canonicalFields(kinds, placed, h * factor, deep);
+            coarse = voxelizeAll(coarseFields, kinds, placed, h * factor, deep, context);
+        }
         const StageTimer timer(context, "overlap");
         resolveOverlap(coarse, coarseBase.get(), options.recoverBaseLoss, context);
+    };
+    const auto factorAt = [&](double advance) {
+        return factorFor(kinds, materials, placed, h, options.marchAcross, advance);
+    };
+    int factor = factorAt(0);
+    settleOverlap(factor);
+    // How far the fronts have to go is known only now.
+    if (const int finer = factorAt(advanceOf(coarse, materials)); finer < factor) settleOverlap(factor = finer);
+    const double coarseH = h * factor;
+    if (factor > 1) {
+        const StageTimer timer(context, "voxelize");
+        fields = canonicalFields(kinds, placed, h, false);
     }
     Growth growth(coarse, coarseBase.get(), materials);
     {

@@ -15,7 +15,7 @@ struct PackOptions {
     double a = 0.1, b = 0.3;                              ///< volume recovery function, shares of an element's size
     std::vector<std::pair<double, double>> kindMaterial;  ///< a, b by kind; empty: the two above for all
     /// Voxels across the thinnest element on the grid that fronts march on, at least. Arrival times are smooth, so that
-    /// a grid 2, 4 or 8 times coarser than the result will do; infinity: march on the result's own grid.
+    /// a grid up to 8 times coarser than the result will do; infinity: march on the result's own grid.
     double marchAcross = 12;
     /// A contested point goes to the element it lies deeper in, else (paper) to the one whose centre is nearer. For
     /// equal spheres these are the same; where a tip meets a flank, the centre gives the flank the whole tip.
@@ -55,11 +55,12 @@ struct Packing {
 Packing pack(const TriangleMesh& base, const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed,
              const PackOptions& options, RunContext& context);
 
-/// How many times coarser than the result the grid is that fronts march on: 1, 2, 4 or 8.
+/// How many times coarser than the result the grid is that fronts march on: 1 to 8.
 /// @param across voxels of the result across the thinnest element
 /// @param rise voxels of the result from a contact to where growth is fastest, a * size, the least of all elements: on
 /// the coarser grid there are at least three
-int marchingFactor(double across, double rise, double marchAcross = PackOptions().marchAcross);
+/// @param advance how far a front goes there, in terms of rise: the farther, the finer
+int marchingFactor(double across, double rise, double marchAcross = PackOptions().marchAcross, double advance = 0);
 
 /// Extent of the elements in voxels, and where they would leave the range that indices and floats can hold.
 /// @throws InputError where the voxel size or the gap does not suit the scene

@@ -223,7 +223,6 @@ Region RegionBuilder::refine(int i, const Region& coarse) const {
     Region region(reach_[size_t(i)]);
     region.reserve(coarse.size() * size_t(factor_ * factor_));
     const std::vector<int> rivals = rivalsOf(i);
-    const int m = 8 / factor_;  // coarse voxels along a block
     std::vector<float> all(coarse.size() * 512);
     for (size_t b = 0; b < coarse.size(); ++b) coarse.values(int(b), 0, &all[b * 512]);
     const auto valueAt = [&](const Coord& c) {
@@ -233,19 +232,22 @@ Region RegionBuilder::refine(int i, const Region& coarse) const {
     forEachBlock(CoordBBox(coarse.lower(), coarse.upper()), [&](const Coord& leaf) {
         const int b = coarse.at(leaf);
         if (b == Region::kOutside) return;
-        for (int x = 0; x < 8; x += m)
-            for (int y = 0; y < 8; y += m)
-                for (int z = 0; z < 8; z += m) {
-                    const Coord lo = leaf.offsetBy(x, y, z), origin(lo[0] * factor_, lo[1] * factor_, lo[2] * factor_);
+        // Coarse voxels at or before a block's first and last, within the coarse block.
+        const auto first = [&](int k) { return 8 * k / factor_; };
+        const auto last = [&](int k) { return (8 * k + 7) / factor_; };
+        for (int x = 0; x < factor_; ++x)
+            for (int y = 0; y < factor_; ++y)
+                for (int z = 0; z < factor_; ++z) {
+                    const Coord origin(leaf[0] * factor_ + 8 * x, leaf[1] * factor_ + 8 * y, leaf[2] * factor_ + 8 * z);
                     if (b == Region::kInside) {
                         region.fill(origin);
                         continue;
                     }
                     bool in = true, out = true;
-                    for (int u = -1; u <= m; ++u)
-                        for (int v = -1; v <= m; ++v)
-                            for (int w = -1; w <= m; ++w) {
-                                const float value = valueAt(lo.offsetBy(u, v, w));
+                    for (int u = first(x) - 1; u <= last(x) + 1; ++u)
+                        for (int v = first(y) - 1; v <= last(y) + 1; ++v)
+                            for (int w = first(z) - 1; w <= last(z) + 1; ++w) {
+                                const float value = valueAt(leaf.offsetBy(u, v, w));
                                 in &= value <= -1;
                                 out &= value >= 1;
                             }

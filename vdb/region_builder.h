@@ -13,7 +13,7 @@ struct OwnField {
     GrownBlock made;               ///< holds the two where nobody else does
 };
 
-/// Evaluates regions on a grid that is `factor` times (1, 2, 4 or 8) finer than the one the fronts marched on: arrival
+/// Evaluates regions on a grid that is `factor` times (1 to 8) finer than the one the fronts marched on: arrival
 /// times are interpolated (GrownField), while placed shapes, bisectors and base are taken at full resolution.
 ///
 /// The region of i is, with T an arrival time, T* a stop time, and times running backwards inside the bodies,

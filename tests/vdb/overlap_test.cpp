@@ -142,11 +142,28 @@ TEST(Contact, RimOfTwoSpheresAndDistanceToIt) {
     }
 }
 
+TEST(Contact, TellsTheFreeSideFromTheShared) {
+    constexpr double r = 20, d = 30;
+    auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, 0}, {d, 0, 0}});
+    test::resolve(e);
+    const double circle = std::sqrt(r * r - d * d / 4);
+    for (double angle = 0.1; angle < 6; angle += 0.7) {
+        const Vec3 radial(0, std::cos(angle), std::sin(angle)), x(1, 0, 0),
+            rim = d / 2 * x + circle * radial,
+            away = (circle * x * -1.0 + d / 2 * radial) / r;  // along the sphere, from the other
+        const auto at = [&](const Vec3& p) { return e[0].contact->nearest(p); };
+        EXPECT_NEAR(length(rim + 3.0 * away - at(rim + 3.0 * away).rim), 3, 0.1);
+        EXPECT_NEAR(at(rim + 3.0 * away).away, 3, 0.05);
+        EXPECT_NEAR(at(rim - 2.0 * away).away, -2, 0.05);
+        EXPECT_NEAR(at(rim + 2.0 * (rim / r)).away, 0, 0.15);
+    }
+}
+
 TEST(Contact, ManySmoothlyJoined) {
     ContactDistance one, two;
-    one.addRim({Vec3f(0, 0, 0)});
-    two.addRim({Vec3f(0, 0, 0)});
-    two.addRim({Vec3f(10, 0, 0)});
+    one.addRim({{Vec3f(0, 0, 0)}});
+    two.addRim({{Vec3f(0, 0, 0)}});
+    two.addRim({{Vec3f(10, 0, 0)}});
     EXPECT_NEAR(one({3, 4, 0}), 5, 1e-6);
     EXPECT_NEAR(two({5, 0, 0}), 5 * std::pow(2, -0.25), 1e-6);
     EXPECT_EQ(two({10, 0, 0}), 0);

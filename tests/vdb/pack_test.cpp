@@ -89,7 +89,7 @@ Packing packCap(double marchAcross, int threads = 2) {
 }
 
 TEST(Pack, NothingMovesBeyondTheReachOfTheGrowth) {
-    constexpr double kRadius = 5, kHalf = 3.4, kCoarse = 0.32;  // 62 voxels across: fronts march on every other
+    constexpr double kRadius = 5, kHalf = 3.4, kCoarse = 0.16;  // 125 voxels across: fronts march on every other
     std::vector<ElementKind> kinds(1);
     kinds[0].mesh = test::sphere(kRadius, {0, 0, 0}, 96);
     std::vector<PlacedElement> placed(2);
@@ -113,6 +113,54 @@ TEST(Pack, NothingMovesBeyondTheReachOfTheGrowth) {
     }
     EXPECT_GT(crest, 0.5);
     EXPECT_LT(warts, 0.1 * options.voxelSize);
+}
+
+TEST(Pack, FrontsMarchAsCoarseAsTheirWayAllows) {
+    EXPECT_EQ(marchingFactor(11, 50), 1);
+    EXPECT_EQ(marchingFactor(24, 50), 2);
+    EXPECT_EQ(marchingFactor(40, 50), 3);  // 12 voxels across
+    EXPECT_EQ(marchingFactor(400, 8.9), 2);
+    EXPECT_EQ(marchingFactor(400, 9), 3);                                  // 3 voxels to the fastest growth
+    EXPECT_EQ(marchingFactor(400, 9, PackOptions().marchAcross, 1.8), 1);  // more where the front goes far
+    EXPECT_EQ(marchingFactor(400, 10.8, PackOptions().marchAcross, 1.8), 2);
+    EXPECT_EQ(marchingFactor(1000, 1000), 8);
+    EXPECT_EQ(marchingFactor(1000, 1000, 1e9), 1);
+}
+
+TEST(Pack, GroovesStayOpenOnMuchCoarserGrids) {
+    // Two spheres whose fronts turn by less than the wedge between them: a groove is left down to the rim.
+    constexpr double kRadius = 5, kHalf = 3.4;
+    std::vector<ElementKind> kinds(1);
+    kinds[0].mesh = test::sphere(kRadius, {0, 0, 0}, 160);
+    std::vector<PlacedElement> placed(2);
+    for (int i : {0, 1})
+        placed[size_t(i)].id = i + 1, placed[size_t(i)].worldFromElement.origin[0] = i ? kHalf : -kHalf;
+    RunContext context;
+    PackOptions options;
+    options.voxelSize = 0.08;  // 125 voxels across, rise 21.6: fronts march on a grid six times coarser
+    options.surface = false;
+    const Packing p = pack(test::sphere(3, {0, 0, -20}, 16), kinds, placed, options, context);
+    const std::vector<WorkTree::Ptr> trees = treesOf(p);
+    const double rim = std::sqrt(kRadius * kRadius - kHalf * kHalf);
+    int torn = 0, columns = 0, highest = -1000;
+    for (int degrees = 0; degrees < 360; degrees += 3)
+        for (int x = -12; x <= 12; ++x) {
+            const double angle = degreesToRadians(degrees);
+            bool in = true;
+            int last = 0, flips = 0;
+            for (int r = int(0.8 * rim / options.voxelSize); r < 75; ++r) {
+                const Coord c(x, int(std::lround(r * std::cos(angle))), int(std::lround(r * std::sin(angle))));
+                const bool now = trees[0]->getValue(c) < 0.5 || trees[1]->getValue(c) < 0.5;  // no gap to speak of
+                if (now) last = r;
+                flips += now != in;
+                in = now;
+            }
+            torn += flips > 1;
+            ++columns;
+            if (std::abs(x) <= 2) highest = std::max(highest, last);
+        }
+    EXPECT_LT(torn, columns / 100);  // out through one surface: neither tongues nor holes
+    EXPECT_LT(highest, rim / options.voxelSize + 8);
 }
 
 TEST(Pack, MarchingOnACoarserGridGivesTheSameShapes) {
@@ -305,6 +353,22 @@ TEST_P(RandomScene, KeepsVolumesApartOnAnyNumberOfThreads) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomScene, testing::Values(1, 2, 3, 4));
 
+/// From a voxel to the nearest place where the surface crosses an edge between two voxels: beyond sharp corners, level
+/// sets may tell half a voxel less.
+double wayToSurface(const WorkTree& tree, const Coord& from) {
+    double nearest = 1e9;
+    for (auto it = tree.cbeginValueOn(); it; ++it)
+        for (int axis = 0; axis < 3; ++axis) {
+            const Coord c = it.getCoord();
+            const double a = *it, b = tree.getValue(c.offsetBy(axis == 0, axis == 1, axis == 2));
+            if ((a < 0) == (b < 0)) continue;
+            Vec3 p = centreOf(c);
+            p[axis] += a / (a - b);
+            nearest = std::min(nearest, length(p - centreOf(from)));
+        }
+    return nearest;
+}
+
 TEST(Pack, GapIsLeftEverywhere) {
     SmallScene scene;
     scene.placed.resize(20);
@@ -329,7 +393,8 @@ TEST(Pack, GapIsLeftEverywhere) {
             EXPECT_GT(base.getValue(it.getCoord()) + outside, gap - 0.4);
             for (size_t j = 0; j < p.elements.size(); ++j) {
                 if (j == i) continue;
-                const double d = trees[j]->getValue(it.getCoord());
+                double d = trees[j]->getValue(it.getCoord());
+                if (d + outside <= gap - 0.4) d = wayToSurface(*trees[j], it.getCoord());
                 EXPECT_GT(d + outside, gap - 0.4) << i << " " << j;
                 nearest = std::min(nearest, d + outside);
             }
