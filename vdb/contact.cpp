@@ -100,6 +100,14 @@ Vec3f RimLanes::nearestOn(int k, const Vec3f& p) const {
 
 namespace {
 
+/// A point's way along the free surface, if those around it agree: where a rim bends round a corner, it tells no side.
+Vec3f awayAt(const std::vector<RimPoint>& points, const RimPoint& at) {
+    constexpr float kAround = 5, kAgree = 0.7f;
+    for (const RimPoint& p : points)
+        if ((p.place - at.place).sqrnorm() < kAround * kAround && (p.away | at.away) < kAgree) return {0, 0, 0};
+    return at.away;
+}
+
 constexpr Vec3f::value_type kNowhere = 1e9f;
 
 /// Groups pieces in lanes; the last is filled up with pieces that are far from everything.
@@ -167,7 +175,7 @@ void ContactDistance::addRim(const std::vector<RimPoint>& points) {
     for (const RimPoint& p : points)
         if (std::none_of(pieces.begin(), pieces.end(),
                          [&](const auto& m) { return (m.first - p.place).sqrnorm() < kSpacing * kSpacing; }))
-            pieces.emplace_back(p.place, directionAt(points, p.place)), away.push_back(p.away);
+            pieces.emplace_back(p.place, directionAt(points, p.place)), away.push_back(awayAt(points, p));
     rims_.push_back({inLanes(pieces), std::move(away)});
 }
 
