@@ -111,7 +111,7 @@ class Front {
         return least < 1 ? least : 1;
     }
     /// How far from the rim that holds.
-    double wedgeReach() const { return std::min(4.0, 0.7 * a * element.size); }
+    double wedgeReach() const { return std::min(4.0, 0.4 * a * element.size); }
     /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the
     /// zero set of a product with it would be pitted.
     double scaleFor(double contact) const;

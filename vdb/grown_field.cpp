@@ -264,19 +264,20 @@ PAVEL_WIDE void wedgeTimes(const Wedge& wedge, float least, NearRim& q) {
 
 /// Interpolation knows nothing of a field that turns around the rim like the hand of a clock.
 void mendNearRim(const Front& front, const Coord& origin, int factor, const float* distance, GrownBlock& out) {
-    constexpr float kOnly = 1, kNone = 2;  // coarse voxels from the rim: nothing but the wedge; nothing of it
+    // Coarse voxels from the rim: nothing of the wedge; nothing but it.
+    const float none = std::min(2.f, float(front.wedgeReach())), only = 0.5f * none;
     const float toCoarse = 1 / float(factor);
     const ContactDistance::Near rims =
         front.element.contact->near((centreOf(origin) + Vec3(3.5, 3.5, 3.5)) * double(toCoarse),
-                                    3.5 * std::sqrt(3.0) * double(toCoarse), double(kNone));
+                                    3.5 * std::sqrt(3.0) * double(toCoarse), double(none));
     if (rims.empty()) return;
     NearRim q;
     for (int v = 0; v < 512; ++v) {
         const float phi = distance[v] * toCoarse;
-        if (!((phi > 0) & (phi < kNone) & (out.scale[v] > 0) & (std::abs(out.way[v]) <= 2 * kBand))) continue;
+        if (!((phi > 0) & (phi < none) & (out.scale[v] > 0) & (std::abs(out.way[v]) <= 2 * kBand))) continue;
         const Coord c = origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
         const Vec3f p{float(c[0]) * toCoarse, float(c[1]) * toCoarse, float(c[2]) * toCoarse};
-        if (rims.toBox2(p) >= kNone * kNone) continue;
+        if (rims.toBox2(p) >= none * none) continue;
         q.x[q.count] = p[0], q.y[q.count] = p[1], q.z[q.count] = p[2];
         q.voxel[q.count] = v, q.phi[q.count++] = phi;
     }
@@ -286,7 +287,7 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
     wedgeTimes(Wedge(front), float(std::min(2.0, front.a * front.element.size)), q);
     for (int i = 0; i < q.count; ++i) {
         const float d = q.distance[i];
-        if (d >= kNone) continue;
+        if (d >= none) continue;
         double time = double(q.time[i]);
         if (double(d) < trusted) {
             const Vec3f p{q.x[i], q.y[i], q.z[i]}, rim = rims.nearestOn(q.piece[i], p);
@@ -295,7 +296,7 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
         }
         if (time >= double(kNever)) continue;
         const float scale = float(factor) * q.scale[i], wedge = float(double(scale) * (time - double(front.stopTime))),
-                    share = std::clamp((kNone - d) / (kNone - kOnly), 0.f, 1.f);
+                    share = std::clamp((none - d) / (none - only), 0.f, 1.f);
         const int v = q.voxel[i];
         out.way[v] = share * wedge + (1 - share) * out.way[v];
         out.scale[v] = share * scale + (1 - share) * out.scale[v];
