@@ -106,16 +106,17 @@ class Nodes {
                 fill(phi_, tile), fill(way_, tile);
             fill(scale_, 0.f), fill(speed_, -1.f), fill(flags_, uint8_t(0));
         });
-        uint8_t all = 0;
-        float least = kBand;
+        uint8_t all[kSide] = {};
+        float least[kSide];
+        std::fill(least, least + kSide, kBand);
         for (int x = 0; x < kSide; ++x)
             for (int y = 0; y < kSide; ++y)
                 for (int z = 0, i = index(x, y, 0); z < kSide; ++z, ++i) {
-                    all |= flags_[i];
-                    least = way_[i] < least ? way_[i] : least;
+                    all[z] = uint8_t(all[z] | flags_[i]);
+                    least[z] = way_[i] < least[z] ? way_[i] : least[z];
                 }
-        any_ = all & kTimed;
-        least_ = least;
+        any_ = std::any_of(all, all + kSide, [](uint8_t f) { return f & kTimed; });
+        least_ = *std::min_element(least, least + kSide);
     }
     /// Is there anything of the front within the band, in coarse voxels?
     bool within(float band) const { return any_ && least_ <= band; }

@@ -61,6 +61,40 @@ const std::array<float, 512> kAllOut = [] {
 
 const std::array<float, 512> kNowhere{};
 
+/// What an element holds by itself, and how fast its front is there. False where nothing is near.
+PAVEL_WIDE bool ownValues(const OwnField& a, float* own, float* slope) {
+    int near = 0;
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float phi = a.phi[v], way = a.way[v], scale = a.scale[v];
+        const bool front = (scale > 0) & (way <= phi);
+        const float value = front ? way : phi, least = value > -kBand ? value : -kBand;
+        slope[v] = front ? scale : 0;
+        own[v] = least < kBand ? least : kBand;
+        near += int(value < kNear);
+    }
+    return near > 0;
+}
+
+/// The least and the most of max(own, clip), clip kept in the band.
+PAVEL_WIDE std::pair<float, float> clipped(const float* own, float* clip) {
+    constexpr int kLanes = 16;
+    float least[kLanes], most[kLanes];
+    std::fill(least, least + kLanes, kBand);
+    std::fill(most, most + kLanes, -kBand);
+    for (int v = 0; v < 512; v += kLanes) {
+        PAVEL_ROLLED
+        for (int k = 0; k < kLanes; ++k) {
+            const float c = clip[v + k], above = c > -kBand ? c : -kBand, kept = above < kBand ? above : kBand,
+                        value = own[v + k] > kept ? own[v + k] : kept;
+            clip[v + k] = kept;
+            least[k] = value < least[k] ? value : least[k];
+            most[k] = value > most[k] ? value : most[k];
+        }
+    }
+    return {*std::min_element(least, least + kLanes), *std::max_element(most, most + kLanes)};
+}
+
 /// What another holds, as far as the distances to the placed surfaces tell; true where they do not tell all.
 PAVEL_WIDE bool takenBy(const OwnField& a, const OwnField& b, const Bisector& g, float later, float* taken) {
     const float shareA = float(g.shareOfOwn()), shareB = float(g.shareOfOther());
@@ -167,36 +201,22 @@ bool RegionBuilder::evaluate(int i, const std::vector<int>& rivals, const Coord&
                              float* slope) const {
     OwnField a;
     if (!load(i, origin, a)) return false;
-    bool inReach = false;
-    for (int v = 0; v < 512; ++v) {
-        const bool front = a.scale[v] > 0 && a.way[v] <= a.phi[v];
-        slope[v] = front ? a.scale[v] : 0;
-        own[v] = std::clamp(front ? a.way[v] : a.phi[v], -kBand, kBand);
-        inReach |= own[v] < kNear;
-    }
-    if (!inReach) return false;
-    std::fill(clip, clip + 512, -kBand);
-    if (base_) {
-        const auto* leaf = base_->probeConstLeaf(origin);
-        const float tile = leaf ? 0 : base_->getValue(origin);
-        for (int v = 0; v < 512; ++v) clip[v] = leaf ? -leaf->buffer().data()[v] : -tile;
-    }
+    if (!ownValues(a, own, slope)) return false;
+    const auto* leaf = base_ ? base_->probeConstLeaf(origin) : nullptr;
+    if (leaf)
+        std::transform(leaf->buffer().data(), leaf->buffer().data() + 512, clip, [](float v) { return -v; });
+    else
+        std::fill(clip, clip + 512, base_ ? -base_->getValue(origin) : -kBand);
     const CoordBBox here(origin, origin.offsetBy(7));
     for (int j : rivals)
         if (reach_[size_t(j)].hasOverlap(here)) clipBy(i, j, origin, a, clip);
-    for (int v = 0; v < 512; ++v) clip[v] = std::clamp(clip[v], -kBand, kBand);
     return true;
 }
 
 void RegionBuilder::addBlock(int i, const std::vector<int>& rivals, const Coord& origin, Region& region) const {
     float own[512], clip[512], slope[512];
     if (!evaluate(i, rivals, origin, own, clip, slope)) return;
-    float least = kBand, most = -kBand;
-    for (int v = 0; v < 512; ++v) {
-        const float value = std::max(own[v], clip[v]);
-        least = std::min(least, value);
-        most = std::max(most, value);
-    }
+    const auto [least, most] = clipped(own, clip);
     if (least >= kNear) return;
     if (most <= -kNear)
         region.fill(origin);
