@@ -323,7 +323,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         growth.march(context);
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].targetVolume;
-        growth.solveStopTimes(targets, factor > 1 ? 0.2 : 0.02, context);
+        growth.solveStopTimes(targets, 0.2, context);
         if (factor > 1) growth.lookBeyond();
     }
     {
