@@ -266,7 +266,7 @@ void checkVoxelSize(const TriangleMesh& base, const std::vector<ElementKind>& ki
 
 int marchingFactor(double across, double rise, double marchAcross, double advance) {
     // Less leaves holes and ripples where much volume comes back in a narrow band.
-    const double leastRise = 3 + 1.25 * advance;
+    const double leastRise = std::min(3 + 3 * advance * advance, 6.0);
     return int(std::clamp(std::min(across / marchAcross, rise / leastRise), 1.0, 8.0));
 }
 

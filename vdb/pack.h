@@ -59,7 +59,7 @@ Packing pack(const TriangleMesh& base, const std::vector<ElementKind>& kinds, co
 /// @param across voxels of the result across the thinnest element
 /// @param rise voxels of the result from a contact to where growth is fastest, a * size, the least of all elements: on
 /// the coarser grid there are at least three
-/// @param advance how far a front goes there, in terms of rise: the farther, the finer
+/// @param advance how far a front goes there, in terms of rise: the farther, the finer, up to six
 int marchingFactor(double across, double rise, double marchAcross = PackOptions().marchAcross, double advance = 0);
 
 /// Extent of the elements in voxels, and where they would leave the range that indices and floats can hold.
