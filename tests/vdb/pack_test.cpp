@@ -88,27 +88,38 @@ Packing packCap(double marchAcross, int threads = 2) {
     return pack(scene.base, scene.kinds, cap, options, context);
 }
 
+/// Two spheres that overlap, far from the base.
+struct SpherePair {
+    static constexpr double kRadius = 5, kHalf = 3.4;  // of the way between the centres, along x
+    const double rim = std::sqrt(kRadius * kRadius - kHalf * kHalf);
+    std::vector<ElementKind> kinds;
+    std::vector<PlacedElement> placed;
+
+    SpherePair() : kinds(1), placed(2) {
+        kinds[0].mesh = test::sphere(kRadius, {0, 0, 0}, 128);
+        for (int i : {0, 1})
+            placed[size_t(i)].id = i + 1, placed[size_t(i)].worldFromElement.origin[0] = i ? kHalf : -kHalf;
+    }
+    Packing packed(PackOptions options) const {
+        options.surface = false;
+        RunContext context;
+        return pack(test::sphere(3, {0, 0, -20}, 16), kinds, placed, options, context);
+    }
+};
+
 TEST(Pack, NothingMovesBeyondTheReachOfTheGrowth) {
-    constexpr double kRadius = 5, kHalf = 3.4, kCoarse = 0.16;  // 125 voxels across: fronts march on every other
-    std::vector<ElementKind> kinds(1);
-    kinds[0].mesh = test::sphere(kRadius, {0, 0, 0}, 96);
-    std::vector<PlacedElement> placed(2);
-    for (int i : {0, 1})
-        placed[size_t(i)].id = i + 1, placed[size_t(i)].worldFromElement.origin[0] = i ? kHalf : -kHalf;
-    RunContext context;
+    const SpherePair pair;
     PackOptions options;
-    options.voxelSize = kCoarse / 2;
+    options.voxelSize = 0.07;  // 12 voxels to the fastest growth: fronts, which have far to go, march on every other
     options.a = 0.05;
     options.b = 0.15;
-    options.surface = false;
-    const Packing p = pack(test::sphere(3, {0, 0, -20}, 16), kinds, placed, options, context);
-    const double rim = std::sqrt(kRadius * kRadius - kHalf * kHalf),
-                 reach = options.b * meshBounds(kinds[0].mesh).diagonal();
+    const Packing p = pair.packed(options);
+    const double coarse = 2 * options.voxelSize, reach = options.b * meshBounds(pair.kinds[0].mesh).diagonal();
     double crest = 0, warts = 0;
     for (const Vec3& q : extractElement(p, 1).points) {
-        const double out = length(q - placed[0].worldFromElement.origin) - kRadius;
-        const double fromRim = std::hypot(q[0], std::hypot(q[1], q[2]) - rim);
-        double& most = fromRim > reach + kCoarse ? warts : crest;
+        const double out = length(q - pair.placed[0].worldFromElement.origin) - SpherePair::kRadius;
+        const double fromRim = std::hypot(q[0], std::hypot(q[1], q[2]) - pair.rim);
+        double& most = fromRim > reach + coarse ? warts : crest;
         most = std::max(most, out);
     }
     EXPECT_GT(crest, 0.5);
@@ -129,26 +140,18 @@ TEST(Pack, FrontsMarchAsCoarseAsTheirWayAllows) {
 
 TEST(Pack, GroovesStayOpenOnMuchCoarserGrids) {
     // Two spheres whose fronts turn by less than the wedge between them: a groove is left down to the rim.
-    constexpr double kRadius = 5, kHalf = 3.4;
-    std::vector<ElementKind> kinds(1);
-    kinds[0].mesh = test::sphere(kRadius, {0, 0, 0}, 160);
-    std::vector<PlacedElement> placed(2);
-    for (int i : {0, 1})
-        placed[size_t(i)].id = i + 1, placed[size_t(i)].worldFromElement.origin[0] = i ? kHalf : -kHalf;
-    RunContext context;
+    const SpherePair pair;
     PackOptions options;
     options.voxelSize = 0.08;  // 125 voxels across, rise 21.6: fronts march on a grid five times coarser
-    options.surface = false;
-    const Packing p = pack(test::sphere(3, {0, 0, -20}, 16), kinds, placed, options, context);
+    const Packing p = pair.packed(options);
     const std::vector<WorkTree::Ptr> trees = treesOf(p);
-    const double rim = std::sqrt(kRadius * kRadius - kHalf * kHalf);
     int torn = 0, columns = 0, highest = -1000;
     for (int degrees = 0; degrees < 360; degrees += 3)
         for (int x = -12; x <= 12; ++x) {
             const double angle = degreesToRadians(degrees);
             bool in = true;
             int last = 0, flips = 0;
-            for (int r = int(0.8 * rim / options.voxelSize); r < 75; ++r) {
+            for (int r = int(0.8 * pair.rim / options.voxelSize); r < 75; ++r) {
                 const Coord c(x, int(std::lround(r * std::cos(angle))), int(std::lround(r * std::sin(angle))));
                 const bool now = trees[0]->getValue(c) < 0.5 || trees[1]->getValue(c) < 0.5;  // no gap to speak of
                 if (now) last = r;
@@ -160,7 +163,7 @@ TEST(Pack, GroovesStayOpenOnMuchCoarserGrids) {
             if (std::abs(x) <= 2) highest = std::max(highest, last);
         }
     EXPECT_LT(torn, columns / 100);  // out through one surface: neither tongues nor holes
-    EXPECT_LT(highest, rim / options.voxelSize + 8);
+    EXPECT_LT(highest, pair.rim / options.voxelSize + 8);
 }
 
 TEST(Pack, MarchingOnACoarserGridGivesTheSameShapes) {
