@@ -23,7 +23,7 @@ bool crease(const Vec3f& p, float dn, const Vec3f& n, float dm, const Vec3f& m, 
     if ((foot.point - p).sqrnorm() > 4) return false;
     foot.along = Vec3f(n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]);
     foot.along /= foot.along.norm();
-    foot.onCrease = true;
+    foot.onCrease = 1;
     return true;
 }
 
@@ -99,7 +99,7 @@ Foot Patch::findFoot(int x, int y, int z) const {
     const int i = placeOf(x, y, z);
     const Vec3f p{float(x), float(y), float(z)};
     const float own = own_[i], clip = clip_[i];
-    foot.onCrease = false;
+    foot.onCrease = 0;
     const bool ownFirst = own >= clip;
     const float *first = ownFirst ? own_ : clip_, *second = ownFirst ? clip_ : own_;
     const bool landed = dropOnto(first, i, p, foot.point, foot.along);
@@ -128,7 +128,7 @@ void Patch::stepAcross(int i, const Vec3f& p, Foot& foot) const {
     const float f0 = phi(i);
     constexpr int step[3] = {kSlab, kRow, 1};
     float best = 2;
-    foot.onCrease = false;
+    foot.onCrease = 0;
     for (int k = 0; k < 3; ++k)
         for (int sign = -1; sign <= 1; sign += 2) {
             const float f1 = phi(i + sign * step[k]);

@@ -10,7 +10,7 @@ inline float dotf(const Vec3f& a, const Vec3f& b) {
 
 struct Foot {
     Vec3f point, along;  ///< unit normal of the surface, or direction of the crease
-    bool onCrease;
+    int onCrease;        ///< 0 or 1; a word, so that eight feet can be read at a time
 };
 
 /// Values of one block: own and, where a second field cuts it, clip; null where `tile` stands for all.

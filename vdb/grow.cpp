@@ -105,6 +105,7 @@ void Growth::march(const RunContext& context, double roundVoxels) {
 
 StopShift solveShift(const Region& region, double target, double most, double close) {
     constexpr int kSteps = 5;
+    constexpr double kSure = 0.15;  // voxels: a first step this small lands well enough
     StopShift s;
     double voxels, slope;
     region.frontArea(voxels, slope);
@@ -119,6 +120,7 @@ StopShift solveShift(const Region& region, double target, double most, double cl
         (volume < target ? early : late) = before;
         s.later = std::clamp(before + (target - volume) / slope, -most * s.reach, most * s.reach);
         if (s.later <= early || s.later >= late) s.later = 0.5 * (early + late);
+        if (step == 0 && std::abs(s.later) < kSure * s.reach) break;
         volume = measure(s.later).volume;
         if (const double moved = s.later - before; std::abs(moved) > 1e-12) {
             const double secant = (volume - atBefore) / moved;
@@ -150,7 +152,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, co
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
         context.progress("growth", 0.6 + 0.2 * std::min(1, round));
         const RegionBuilder builder(elements_, placed, base_, fronts_, 1);
-        each(open, [&](int i) { shifts[size_t(i)] = solveShift(builder.build(i), targets[size_t(i)], 1, 1e-4); });
+        each(open, [&](int i) { shifts[size_t(i)] = solveShift(builder.build(i), targets[size_t(i)], 1, 1e-3); });
         std::vector<char> moved(n, 0), goesOn(n, 0);
         for (int i : open) {
             StopShift& s = shifts[size_t(i)];

@@ -164,6 +164,13 @@ PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* f
     bool any = false;
     FacetRow ahead;
     constexpr double kOn = 1e-9;  // rounding shall not tell the side of voxels that lie in a facet's plane
+    // Edges and corners are costly, and rarely the nearest once all facets have been asked for their insides.
+    struct Beside {
+        int facet, voxel;
+        double bound;
+    };
+    static thread_local std::vector<Beside> beside;
+    beside.clear();
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& f = facets[size_t(m->facet)];
         int lo[3], hi[3];
@@ -173,8 +180,7 @@ PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* f
         }
         for (int x = lo[0]; x <= hi[0]; ++x)
             for (int y = lo[1]; y <= hi[1]; ++y) {
-                const Vec3 row(origin[0] + x, origin[1] + y, origin[2]);
-                along(f, row, ahead);
+                along(f, Vec3(origin[0] + x, origin[1] + y, origin[2]), ahead);
                 for (int z = lo[2]; z <= hi[2]; ++z) {
                     const int v = x * 64 + y * 8 + z;
                     if (ahead.bound[z] >= distance2[v]) continue;
@@ -182,17 +188,22 @@ PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* f
                         any = true;
                         distance2[v] = ahead.bound[z];
                         inside[v] = ahead.above[z] < -kOn;
-                        continue;
+                    } else {
+                        beside.push_back({m->facet, v, ahead.bound[z]});
                     }
-                    const Vec3* normal = nullptr;
-                    const Vec3 d = fromNearest(f, row + Vec3(0, 0, z), normal);
-                    const double d2 = dot(d, d);
-                    if (d2 >= distance2[v]) continue;
-                    distance2[v] = d2;
-                    inside[v] = dot(d, *normal) < 0;
-                    any = true;
                 }
             }
+    }
+    for (const Beside& b : beside) {
+        if (b.bound >= distance2[b.voxel]) continue;
+        const Vec3* normal = nullptr;
+        const Vec3 p(origin[0] + (b.voxel >> 6), origin[1] + (b.voxel >> 3 & 7), origin[2] + (b.voxel & 7)),
+            d = fromNearest(facets[size_t(b.facet)], p, normal);
+        const double d2 = dot(d, d);
+        if (d2 >= distance2[b.voxel]) continue;
+        distance2[b.voxel] = d2;
+        inside[b.voxel] = dot(d, *normal) < 0;
+        any = true;
     }
     if (!any) return nullptr;
     auto leaf = std::make_unique<WorkLeaf>(origin, band, false);

@@ -4,15 +4,73 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <memory>
 
 #include "pavel/vdb/foot_points.h"
+#include "pavel/vdb/pieces.h"
 
 namespace pavel {
 namespace {
 
 /// Largest window, in blocks a side; the outer layer is halo.
 constexpr int kMostBlocks = 20;
+
+struct Voxel {
+    float distance2;
+    int foot;  ///< the nearest so far, or negative
+};
+
+/// Signed distances of a block's voxels, the first at `origin`, from their feet; +-band where they have none.
+PAVEL_WIDE void distances(const Voxel* voxels, const Foot* feet, const Vec3f& origin, float band,
+                          const BlockValues& source, float* out, BlockMask& near) {
+    // Feet sample surface and crease a voxel apart, or less: half of that may be taken off the way along them.
+    constexpr float kApart = 0.5f;
+    for (int row = 0; row < 64; ++row) {
+        const Voxel* at = voxels + 8 * row;
+        float* d = out + 8 * row;
+        int any = 0;
+        for (int z = 0; z < 8; ++z) any |= ~at[z].foot;
+        if (any >= 0) {
+            std::fill(d, d + 8, band);
+            continue;
+        }
+        float px[8], py[8], pz[8], ax[8], ay[8], az[8];
+        int feetOf[8], crease[8];
+        for (int z = 0; z < 8; ++z) {
+            const int i = at[z].foot;
+            const Foot& foot = feet[i < 0 ? 0 : i];
+            px[z] = foot.point[0], py[z] = foot.point[1], pz[z] = foot.point[2];
+            ax[z] = foot.along[0], ay[z] = foot.along[1], az[z] = foot.along[2];
+            feetOf[z] = i, crease[z] = foot.onCrease;
+        }
+        const float x = origin[0] + float(row >> 3), y = origin[1] + float(row & 7);
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z) {
+            const float u = x - px[z], v = y - py[z], w = origin[2] + float(z) - pz[z];
+            const float along = u * ax[z] + v * ay[z] + w * az[z], along2 = along * along;
+            const float rest2 = u * u + v * v + w * w - along2, aside2 = rest2 > 0 ? rest2 : 0;
+            const float beside2 = crease[z] ? along2 : aside2, across2 = crease[z] ? aside2 : along2;
+            const float far = std::sqrt(beside2) - kApart, beyond = far > 0 ? far : 0;
+            const float distance = std::sqrt(across2 + beyond * beyond), least = distance < band ? distance : band;
+            const float kept = least > 1e-6f ? least : 1e-6f;  // zero would be no side at all
+            d[z] = feetOf[z] < 0 ? band : kept;
+        }
+    }
+    for (int row = 0; row < 64; ++row) {
+        unsigned within = 0;
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z) within |= unsigned(out[8 * row + z] < band) << z;
+        near[size_t(row)] = uint8_t(within);
+    }
+    if (!source.own) {
+        for (int v = 0; v < 512; ++v) out[v] = source.tile < 0 ? -out[v] : out[v];
+    } else if (!source.clip) {
+        for (int v = 0; v < 512; ++v) out[v] = source.own[v] < 0 ? -out[v] : out[v];
+    } else {
+        for (int v = 0; v < 512; ++v) out[v] = (source.own[v] < 0) & (source.clip[v] < 0) ? -out[v] : out[v];
+    }
+}
 
 /// A box of blocks. Only those in the band hold voxels: a slot of 512 each, index slot * 512 + voxel of the leaf.
 class Window {
@@ -56,33 +114,20 @@ class Window {
         while (!layer_.empty()) spread();
     }
 
-    /// The clean distances of a block, one of the window's own or its halo; false where it holds none in the band.
-    bool read(int bx, int by, int bz, float* out) const {
+    /// The clean distances of a block, one of the window's own or its halo, and which are in the band; false where none
+    /// is.
+    bool read(int bx, int by, int bz, float* out, BlockMask& near) const {
         const size_t b = size_t(block(bx + 1, by + 1, bz + 1));
         const int slot = slot_[b];
         if (slot < 0) return false;
-        const BlockValues& source = source_[b];
-        const float x = float(8 * bx), y = float(8 * by), z = float(8 * bz);
-        const Voxel* voxels = &voxels_[size_t(slot) * 512];
-        bool near = false;
-        for (int v = 0; v < 512; ++v) {
-            float d = band_;
-            if (voxels[v].foot >= 0)
-                d = distanceTo(feet_[size_t(voxels[v].foot)],
-                               Vec3f(x + float(v >> 6), y + float(v >> 3 & 7), z + float(v & 7)));
-            near |= d < band_;
-            out[v] = source.inside(v) ? -d : d;
-        }
-        return near;
+        distances(&voxels_[size_t(slot) * 512], feet_.data(), Vec3f(float(8 * bx), float(8 * by), float(8 * bz)), band_,
+                  source_[b], out, near);
+        return std::any_of(near.begin(), near.end(), [](uint8_t row) { return row != 0; });
     }
 
   private:
     static constexpr int kNone = -1, kClosed = -2;
     static constexpr float kBetween = 1;
-    struct Voxel {
-        float distance2;
-        int foot;
-    };
     struct Slot {
         int block;
         Vec3f origin;  // of its first voxel
@@ -165,6 +210,7 @@ class Window {
     /// Offers the foot points of the last layer to the face neighbours.
     void spread() {
         next_.clear();
+        const bool oneLimit = limit_[0] == limit_[1];
         for (const int i : layer_) {
             queued_[size_t(i)] = 0;
             const Slot& own = slots_[size_t(i >> 9)];
@@ -172,7 +218,7 @@ class Window {
             const Vec3f e = own.origin + Vec3f(float(x), float(y), float(z)) - feet_[size_t(foot)].point;
             const float ex = e[0], ey = e[1], ez = e[2];
             const float xx = ex * ex, yy = ey * ey, zz = ez * ez;
-            const auto offer = [&](float d2, bool within, int voxel, int beside) {
+            const auto offer = [&](float d2, bool within, int voxel, int beside) __attribute__((always_inline)) {
                 int n = (i & ~511) | voxel;
                 if (!within) {
                     const int slot = slotAt(beside);
@@ -186,9 +232,10 @@ class Window {
                 queued_[size_t(n)] = 1;
                 next_.push_back(n);
             };
-            const float limit = limit_[source_[size_t(b)].inside(v)];
+            const float limit = oneLimit ? limit_[0] : limit_[source_[size_t(b)].inside(v)];
             // Voxels between this one and its foot have nearer ones of their own.
-            const auto step = [&](float along, float aside2, int k, int place, int stride) {
+            const auto step = [&](float along, float aside2, int k, int place, int stride)
+                __attribute__((always_inline)) {
                 const float down = (along - 1) * (along - 1) + aside2, up = (along + 1) * (along + 1) + aside2;
                 if (along <= kBetween && down < limit)
                     offer(down, place > 0, place > 0 ? v - stride : v + 7 * stride, b - step_[k]);
@@ -200,17 +247,6 @@ class Window {
             step(ez, xx + yy, 2, z, 1);
         }
         layer_.swap(next_);
-    }
-
-    float distanceTo(const Foot& foot, const Vec3f& at) const {
-        const Vec3f v = at - foot.point;
-        const float along = dotf(v, foot.along), along2 = along * along;
-        const float aside2 = std::max(0.f, v.sqrnorm() - along2);
-        // Feet sample surface and crease a voxel apart, or less: half of that may be taken off the way along them.
-        const auto beyond = [](float d2) { return d2 <= 0.25f ? 0.f : std::sqrt(d2) - 0.5f; };
-        const float rest = beyond(foot.onCrease ? along2 : aside2), across2 = foot.onCrease ? aside2 : along2;
-        // Zero would be no side at all.
-        return std::max(std::min(band_, std::sqrt(across2 + rest * rest)), 1e-6f);
     }
 
     float band_ = kResultBand, limit_[2] = {};  // squared; outside, inside
@@ -240,16 +276,17 @@ std::vector<Leaf*> solvePart(const Part& part, float band, const Values& values)
     if (!window.load(part.origin.offsetBy(-8), blocks, band, band, values)) return made;
     window.solve();
     float d[512];
+    BlockMask near;
     for (int x = 1; x <= part.size[0]; ++x)
         for (int y = 1; y <= part.size[1]; ++y)
             for (int z = 1; z <= part.size[2]; ++z) {
-                if (!window.read(x, y, z, d)) continue;
+                if (!window.read(x, y, z, d, near)) continue;
                 auto leaf =
                     std::make_unique<Leaf>(part.origin.offsetBy(8 * (x - 1), 8 * (y - 1), 8 * (z - 1)), 0.f, false);
-                typename Leaf::NodeMaskType on;
-                for (openvdb::Index v = 0; v < 512; ++v)
-                    if (std::abs(d[v]) < band) on.setOn(v);
                 std::copy(d, d + 512, leaf->buffer().data());
+                typename Leaf::NodeMaskType on;
+                for (openvdb::Index slab = 0; slab < 8; ++slab)
+                    std::memcpy(&on.template getWord<uint64_t>(slab), &near[slab * 8], 8);
                 leaf->setValueMask(on);
                 made.push_back(leaf.release());
             }
@@ -261,7 +298,8 @@ typename Tree::Ptr treeOf(const std::vector<std::vector<typename Tree::LeafNodeT
     auto tree = std::make_shared<Tree>(band);
     for (const auto& list : leaves)
         for (auto* leaf : list) tree->addLeaf(leaf);
-    openvdb::tools::signedFloodFillWithValues(*tree, band, -band);
+    constexpr openvdb::Index kAboveLeaves = 1;
+    openvdb::tools::signedFloodFillWithValues(*tree, band, -band, true, 1, kAboveLeaves);
     return tree;
 }
 
@@ -321,10 +359,11 @@ openvdb::FloatTree::Ptr widened(const openvdb::FloatTree& narrow, float outside,
     if (!window.load(lo, blocks, outside, inside, valuesOf(reader))) return tree;
     window.solve();
     float d[512];
+    BlockMask near;
     for (int x = 0; x < blocks[0]; ++x)
         for (int y = 0; y < blocks[1]; ++y)
             for (int z = 0; z < blocks[2]; ++z) {
-                if (!window.read(x, y, z, d)) continue;
+                if (!window.read(x, y, z, d, near)) continue;
                 auto leaf = std::make_unique<WorkLeaf>(lo.offsetBy(8 * x, 8 * y, 8 * z), outside, true);
                 const auto* known = reader.probeConstLeaf(leaf->origin());
                 float* values = leaf->buffer().data();

@@ -61,6 +61,12 @@ const std::array<float, 512> kAllOut = [] {
 
 const std::array<float, 512> kNowhere{};
 
+/// Farther than a voxel from the surface, a value lies on one side of it only.
+constexpr uint8_t kNotIn = 1, kNotOut = 2;
+constexpr uint8_t sidesOf(float value) {
+    return uint8_t((value > -1 ? kNotIn : 0) | (value < 1 ? kNotOut : 0));
+}
+
 /// What an element holds by itself, and how fast its front is there. False where nothing is near.
 PAVEL_WIDE bool ownValues(const OwnField& a, float* own, float* slope) {
     int near = 0;
@@ -243,37 +249,44 @@ Region RegionBuilder::refine(int i, const Region& coarse) const {
     Region region(reach_[size_t(i)]);
     region.reserve(coarse.size() * size_t(factor_ * factor_));
     const std::vector<int> rivals = rivalsOf(i);
-    std::vector<float> all(coarse.size() * 512);
-    for (size_t b = 0; b < coarse.size(); ++b) coarse.values(int(b), 0, &all[b * 512]);
-    const auto valueAt = [&](const Coord& c) {
-        const int b = coarse.at(leafOrigin(c));
-        return b >= 0 ? all[size_t(b) * 512 + WorkLeaf::coordToOffset(c)] : b == Region::kInside ? -kBand : kBand;
-    };
+    std::vector<uint8_t> sides(coarse.size() * 512);
+    for (size_t b = 0; b < coarse.size(); ++b) {
+        float values[512];
+        coarse.values(int(b), 0, values);
+        for (size_t v = 0; v < 512; ++v) sides[b * 512 + v] = sidesOf(values[v]);
+    }
+    constexpr int kSide = 10;  // a coarse block and the voxels around it
+    uint8_t around[kSide * kSide * kSide];
     forEachBlock(CoordBBox(coarse.lower(), coarse.upper()), [&](const Coord& leaf) {
         const int b = coarse.at(leaf);
         if (b == Region::kOutside) return;
-        // Coarse voxels at or before a block's first and last, within the coarse block.
+        if (b >= 0) {
+            int beside[27];
+            for (int part = 0; part < 27; ++part)
+                beside[part] = coarse.at(leaf.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8));
+            forEachRowAround<1, 1, kSide>([&](int part, int row, int at, auto n) {
+                const int from = beside[part];
+                if (from >= 0)
+                    std::copy_n(&sides[size_t(from) * 512 + size_t(row)], int(n), around + at);
+                else
+                    std::fill_n(around + at, int(n), sidesOf(from == Region::kInside ? -kBand : kBand));
+            });
+        }
+        // Coarse voxels at or before a block's first and last, and one more, in the box around.
         const auto first = [&](int k) { return 8 * k / factor_; };
-        const auto last = [&](int k) { return (8 * k + 7) / factor_; };
+        const auto end = [&](int k) { return (8 * k + 7) / factor_ + 3; };
         for (int x = 0; x < factor_; ++x)
             for (int y = 0; y < factor_; ++y)
                 for (int z = 0; z < factor_; ++z) {
                     const Coord origin(leaf[0] * factor_ + 8 * x, leaf[1] * factor_ + 8 * y, leaf[2] * factor_ + 8 * z);
-                    if (b == Region::kInside) {
+                    uint8_t near = 0;
+                    for (int u = first(x); u < end(x) && b >= 0; ++u)
+                        for (int v = first(y); v < end(y); ++v)
+                            for (int w = first(z); w < end(z); ++w)
+                                near = uint8_t(near | around[(u * kSide + v) * kSide + w]);
+                    if (b == Region::kInside || !(near & kNotIn))
                         region.fill(origin);
-                        continue;
-                    }
-                    bool in = true, out = true;
-                    for (int u = first(x) - 1; u <= last(x) + 1; ++u)
-                        for (int v = first(y) - 1; v <= last(y) + 1; ++v)
-                            for (int w = first(z) - 1; w <= last(z) + 1; ++w) {
-                                const float value = valueAt(leaf.offsetBy(u, v, w));
-                                in &= value <= -1;
-                                out &= value >= 1;
-                            }
-                    if (in)
-                        region.fill(origin);
-                    else if (!out)
+                    else if (near & kNotOut)
                         addBlock(i, rivals, origin, region);
                 }
     });

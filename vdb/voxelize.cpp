@@ -88,23 +88,33 @@ void layOut(const openvdb::FloatTree& tree, float outside, float inside, float n
             }
 }
 
-/// Eight trilinear samples on a line; p in canonical voxels from `lower`.
-PAVEL_WIDE void sampleRow(const CanonicalField& f, const float p[3], const float step[3], float* out) {
+Vec3f toFloat(const Vec3& v) {
+    return {float(v[0]), float(v[1]), float(v[2])};
+}
+
+/// Trilinear samples on 8 x 8 places start + y dy + z dz, in canonical voxels from `lower`.
+PAVEL_WIDE void sampleSlab(const CanonicalField& f, const float start[3], const float dy[3], const float dz[3],
+                           float* out) {
     constexpr int kCorner[8] = {0, 1, 9, 10, 81, 82, 90, 91};
-    float u[8], v[8], w[8], c[8][8];
-    int ix[8], iy[8], iz[8];
+    float u[64], v[64], w[64], c[8][64];
+    int ix[64], iy[64], iz[64];
+    for (int y = 0, n = 0; y < 8; ++y) {
+        const float fromX = start[0] + float(y) * dy[0], fromY = start[1] + float(y) * dy[1],
+                    fromZ = start[2] + float(y) * dy[2];
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z, ++n) {
+            const float px = fromX + float(z) * dz[0], py = fromY + float(z) * dz[1], pz = fromZ + float(z) * dz[2];
+            ix[n] = int(px), iy[n] = int(py), iz[n] = int(pz);
+            u[n] = px - float(ix[n]), v[n] = py - float(iy[n]), w[n] = pz - float(iz[n]);
+        }
+    }
     bool within = true;
     for (int k = 0; k < 3; ++k)
-        for (int n = 0; n < 8; n += 7) {
-            const float x = p[k] + float(n) * step[k];
+        for (int corner = 0; corner < 4; ++corner) {
+            const float x = start[k] + float(corner & 2 ? 7 : 0) * dy[k] + float(corner & 1 ? 7 : 0) * dz[k];
             within &= x >= 0 && x < 8.f * float(f.count[k]);
         }
-    for (int n = 0; n < 8; ++n) {
-        const float x = p[0] + float(n) * step[0], y = p[1] + float(n) * step[1], z = p[2] + float(n) * step[2];
-        ix[n] = int(x), iy[n] = int(y), iz[n] = int(z);
-        u[n] = x - float(ix[n]), v[n] = y - float(iy[n]), w[n] = z - float(iz[n]);
-    }
-    for (int n = 0; n < 8; ++n) {
+    for (int n = 0; n < 64; ++n) {
         const int bx = ix[n] >> 3, by = iy[n] >> 3, bz = iz[n] >> 3;
         size_t block = 0;
         if (within || (ix[n] >= 0 && iy[n] >= 0 && iz[n] >= 0 && bx < f.count[0] && by < f.count[1] && bz < f.count[2]))
@@ -113,12 +123,24 @@ PAVEL_WIDE void sampleRow(const CanonicalField& f, const float p[3], const float
             f.values.data() + block * CanonicalField::kCorners + (ix[n] & 7) * 81 + (iy[n] & 7) * 9 + (iz[n] & 7);
         for (int k = 0; k < 8; ++k) c[k][n] = at[kCorner[k]];
     }
-    for (int n = 0; n < 8; ++n) {
+    for (int n = 0; n < 64; ++n) {
         const float a = c[0][n] + (c[1][n] - c[0][n]) * w[n], b = c[2][n] + (c[3][n] - c[2][n]) * w[n],
                     d = c[4][n] + (c[5][n] - c[4][n]) * w[n], e = c[6][n] + (c[7][n] - c[6][n]) * w[n];
         const float g = a + (b - a) * v[n], h = d + (e - d) * v[n];
         out[n] = g + (h - g) * u[n];
     }
+}
+
+/// To voxels, within the band. Does any value lie inside it?
+PAVEL_WIDE bool scaledToBand(float scale, float* values) {
+    int near = 0;
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float scaled = values[v] * scale, above = scaled > -kBand ? scaled : -kBand;
+        near += int((above > -kBand) & (above < kBand));
+        values[v] = above < kBand ? above : kBand;
+    }
+    return near > 0;
 }
 
 }  // namespace
@@ -198,34 +220,25 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
     auto tree = std::make_shared<WorkTree>(kBand);
     // canonical = origin + step * (i, j, k): the inverse placement is linear
     const double inv = 1 / toIndex;
-    const Vec3 dx = Vec3(indexFromElement.x[0], indexFromElement.y[0], indexFromElement.z[0]) * inv,
-               dy = Vec3(indexFromElement.x[1], indexFromElement.y[1], indexFromElement.z[1]) * inv;
-    const float dz[3] = {float(indexFromElement.x[2] * inv), float(indexFromElement.y[2] * inv),
-                         float(indexFromElement.z[2] * inv)};
+    const auto step = [&](size_t k) {
+        return Vec3(indexFromElement.x[k], indexFromElement.y[k], indexFromElement.z[k]) * inv;
+    };
+    const Vec3 dx = step(0);
+    const Vec3f dy = toFloat(step(1)), dz = toFloat(step(2));
     const float scale = float(toIndex);
     float values[WorkLeaf::SIZE];
     for (const Coord& origin : blocks) {
         if (!mayHoldBand(field, indexFromElement, origin)) continue;
         const Vec3 start = indexFromElement.applyInverse(centreOf(origin)) / field.voxelSize - centreOf(field.lower);
-        float* out = values;
         for (int i = 0; i < 8; ++i)
-            for (int j = 0; j < 8; ++j) {
-                const Vec3 p = start + double(i) * dx + double(j) * dy;
-                const float from[3] = {float(p[0]), float(p[1]), float(p[2])};
-                sampleRow(field, from, dz, out);
-                out += 8;
-            }
-        bool near = false;
-        for (float& v : values) {
-            v = std::clamp(v * scale, -kBand, kBand);
-            near |= std::abs(v) < kBand;
-        }
-        if (!near) continue;
+            sampleSlab(field, toFloat(start + double(i) * dx).data(), dy.data(), dz.data(), values + 64 * i);
+        if (!scaledToBand(scale, values)) continue;
         WorkLeaf* leaf = tree->touchLeaf(origin);
         std::copy(values, values + WorkLeaf::SIZE, leaf->buffer().data());
-        leaf->setValuesOn();  // the flood fill below must not touch a sign
+        leaf->setValuesOn();
     }
-    openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
+    constexpr openvdb::Index kAboveLeaves = 1;
+    openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand, true, 1, kAboveLeaves);
     return tree;
 }
 
