@@ -9,6 +9,7 @@ namespace {
 
 constexpr float kNever = GrowthBlock::kNever;
 constexpr int kStep[3] = {64, 8, 1};
+constexpr float kNearRim = 3;   // voxels from it: no mean speed there
 constexpr double kTrusted = 1;  // voxels from the rim within which a distance tells no angle
 
 /// The voxels of a leaf that are not in the body, but beside it.
@@ -114,7 +115,6 @@ double Front::scaleFor(double contact) const {
 }
 
 double Front::scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const {
-    constexpr float kNearRim = 3;
     if (cell.state[i] == kInner) return double(cell.contact[i]);
     if (cell.contact[i] < 0) return 0;
     const double speed = scaleFor(cell.contact[i]);
@@ -122,6 +122,39 @@ double Front::scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, i
     if (phi <= 0 || cell.contact[i] < kNearRim || !(cell.time[i] < kNever)) return speed;
     const double share = std::clamp(2.5 - double(phi), 0.0, 1.0);  // placed distances end at 3
     return speed + share * std::max(0.0, double(phi) / double(cell.time[i]) - speed);
+}
+
+namespace {
+
+/// Front::read, with phi there already. `least`, a and b in voxels.
+PAVEL_WIDE void readCell(const GrowthCell& cell, float weight, float least, float a, float b, float stopTime,
+                         Front::CellField& out) {
+    for (int i = 0; i < GrowthCell::kCount; ++i) {
+        const float contact = cell.contact[i], time = cell.time[i], phi = out.phi[i];
+        const float speed = weight * recoveryFunction(contact > least ? contact : least, a, b);
+        const float near = 2.5f - phi, most = near < 1 ? near : 1, share = most > 0 ? most : 0;
+        const float faster = phi / time - speed, mean = speed + share * (faster > 0 ? faster : 0);
+        const bool timed = time < kNever;
+        const float ownSpeed = timed & (phi > 0) & (contact >= kNearRim) ? mean : speed,
+                    known = contact < 0 ? 0 : ownSpeed, scale = cell.state[i] == kInner ? contact : known;
+        const float way = scale * (time - stopTime);
+        out.scale[i] = scale;
+        out.way[i] = timed ? way : phi;
+    }
+}
+
+}  // namespace
+
+void Front::read(const GrowthBlock& block, int cell, CellField& out) const {
+    for (int i = 0; i < GrowthCell::kCount; i += 4) {
+        if (block.placed)
+            std::copy_n(block.placed + GrowthBlock::voxelOf(cell, i), 4, out.phi + i);
+        else
+            std::fill_n(out.phi + i, 4, block.placedTile);
+    }
+    const double size = element.size;
+    readCell(*block.cells[cell], float(weight), float(std::min(2.0, a * size)), float(a * size), float(b * size),
+             stopTime, out);
 }
 
 double Front::speedOf(GrowthBlock* block, int v) {

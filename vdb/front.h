@@ -119,6 +119,12 @@ class Front {
     /// surface, where that is larger: distances then go over into the placed ones where the speed ends. 0 where the
     /// front does not go.
     double scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const;
+    /// The voxels of a cell, in its order. `way`: scale * (arrival - stop time), phi where the front has no time.
+    struct CellField {
+        float phi[GrowthCell::kCount], way[GrowthCell::kCount], scale[GrowthCell::kCount];
+    };
+    /// scaleAt for a whole cell, which must be there, and what goes with it.
+    void read(const GrowthBlock& block, int cell, CellField& out) const;
     GrowthBlock* probe(const Coord& origin) const;
 
     const WorkElement& element;

@@ -50,17 +50,21 @@ struct FrontBlock {
         std::fill(scale, scale + 512, 0.f);
         std::fill(speed, speed + 512, -1.f);
         std::fill(flags, flags + 512, uint8_t(0));
-        block.forEachVoxel([&](int v, const GrowthCell& cell, int i) {
-            const bool timed = cell.time[i] < GrowthBlock::kNever,
-                       asked = cell.contact[i] >= 0 && cell.state[i] != kInner;
-            if (!timed && !asked) return;
-            const float s = float(front.scaleAt(block, cell, v, i));
-            if (timed)
-                scale[v] = s, way[v] = std::min(kFar, s * (cell.time[i] - front.stopTime));
-            else
-                speed[v] = s;
-            flags[v] = uint8_t((timed ? kTimed : 0) | (asked && cell.contact[i] < 3 ? kNearRim : 0));
-        });
+        Front::CellField read;
+        for (int c = 0; c < 8; ++c) {
+            if (!block.cells[c]) continue;
+            const GrowthCell& cell = *block.cells[c];
+            front.read(block, c, read);
+            for (int i = 0; i < GrowthCell::kCount; ++i) {
+                const bool timed = cell.time[i] < GrowthBlock::kNever,
+                           asked = (cell.contact[i] >= 0) & (cell.state[i] != kInner);
+                const int v = GrowthBlock::voxelOf(c, i);
+                way[v] = timed ? std::min(kFar, read.way[i]) : read.phi[i];
+                scale[v] = timed ? read.scale[i] : 0;
+                speed[v] = timed | !asked ? -1 : read.scale[i];
+                flags[v] = uint8_t((timed ? kTimed : 0) | (asked & (cell.contact[i] < 3) ? kNearRim : 0));
+            }
+        }
     }
 };
 

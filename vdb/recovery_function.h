@@ -7,10 +7,10 @@ namespace pavel {
 /// @param x distance to the contact surface as a share of the element's size; 0 < a < b
 template <class Real>
 [[gnu::always_inline]] inline Real recoveryFunction(Real x, Real a, Real b) {
-    // Without branches, so that loops over it vectorise.
-    const Real w = b - a, rising = x / a * (2 - x / a), falling = 1 - 2 * (x - a) * (x - a) / (w * w),
-               fading = 2 * (x - b) * (x - b) / (w * w), beyond = x <= Real(0.5) * (a + b) ? falling : fading,
-               any = x <= a ? rising : beyond;
+    // Without branches, so that loops over it vectorise; what divides, only by a and b.
+    const Real w = b - a, perA = 1 / a, perW = 2 / (w * w), rising = x * perA * (2 - x * perA),
+               falling = 1 - perW * (x - a) * (x - a), fading = perW * (x - b) * (x - b),
+               beyond = x <= Real(0.5) * (a + b) ? falling : fading, any = x <= a ? rising : beyond;
     return (x <= 0) | (x >= b) ? 0 : any;
 }
 

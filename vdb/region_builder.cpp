@@ -172,11 +172,19 @@ bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
             GrownBlock& made = field.made;
             std::copy(field.phi, field.phi + 512, made.way);
             std::fill(made.scale, made.scale + 512, 0.f);
-            block->forEachVoxel([&](int v, const GrowthCell& cell, int k) {
-                if (!(cell.time[k] < GrowthBlock::kNever)) return;
-                made.scale[v] = float(front->scaleAt(*block, cell, v, k));
-                made.way[v] = made.scale[v] * (cell.time[k] - front->stopTime);
-            });
+            Front::CellField read;
+            for (int cell = 0; cell < 8; ++cell) {
+                if (!block->cells[cell]) continue;
+                front->read(*block, cell, read);
+                const float* times = block->cells[cell]->time;
+                for (int k = 0; k < GrowthCell::kCount; k += 4) {
+                    const int row = GrowthBlock::voxelOf(cell, k);
+                    for (int z = 0; z < 4; ++z) {
+                        made.scale[row + z] = times[k + z] < GrowthBlock::kNever ? read.scale[k + z] : 0;
+                        made.way[row + z] = read.way[k + z];
+                    }
+                }
+            }
             field.way = made.way;
             field.scale = made.scale;
             return true;

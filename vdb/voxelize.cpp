@@ -39,16 +39,32 @@ Vec3 solidCentroid(const TriangleMesh& mesh, double& volume) {
     return centroid;
 }
 
-void markBlocks(const Vec3& centre, double radius, std::vector<Coord>& blocks) {
-    const auto lo = [&](int k) { return int(std::floor(centre[k] - radius)) & ~7; };
-    const auto hi = [&](int k) { return int(std::ceil(centre[k] + radius)); };
-    for (int x = lo(0); x <= hi(0); x += 8)
-        for (int y = lo(1); y <= hi(1); y += 8)
-            for (int z = lo(2); z <= hi(2); z += 8) {
-                const Vec3 nearest(std::clamp(centre[0], double(x), x + 7.0), std::clamp(centre[1], double(y), y + 7.0),
-                                   std::clamp(centre[2], double(z), z + 7.0));
-                if (length(nearest - centre) <= radius) blocks.emplace_back(x, y, z);
-            }
+/// The origins of all blocks that hold voxels within the radius of one of the centres, sorted.
+std::vector<Coord> blocksAround(const std::vector<Vec3>& centres, double radius) {
+    std::vector<Coord> blocks;
+    if (centres.empty()) return blocks;
+    const auto lo = [&](double x) { return int(std::floor(x - radius)) >> 3; };
+    const auto hi = [&](double x) { return int(std::ceil(x + radius)) >> 3; };
+    Bounds all;
+    for (const Vec3& c : centres) all.add(c);
+    int first[3], count[3];
+    for (int k = 0; k < 3; ++k) first[k] = lo(all.min[k]), count[k] = hi(all.max[k]) - first[k] + 1;
+    std::vector<char> marks(size_t(count[0]) * size_t(count[1]) * size_t(count[2]), 0);
+    const auto markAt = [&](int x, int y, int z) -> char& {
+        return marks[size_t(((x - first[0]) * count[1] + y - first[1]) * count[2] + z - first[2])];
+    };
+    for (const Vec3& c : centres) {
+        const auto away = [&](int k, int block) { return std::max({8.0 * block - c[k], c[k] - (8 * block + 7), 0.0}); };
+        for (int x = lo(c[0]); x <= hi(c[0]); ++x)
+            for (int y = lo(c[1]); y <= hi(c[1]); ++y)
+                for (int z = lo(c[2]); z <= hi(c[2]); ++z)
+                    if (length(Vec3(away(0, x), away(1, y), away(2, z))) <= radius) markAt(x, y, z) = 1;
+    }
+    for (int x = first[0]; x < first[0] + count[0]; ++x)
+        for (int y = first[1]; y < first[1] + count[1]; ++y)
+            for (int z = first[2]; z < first[2] + count[2]; ++z)
+                if (markAt(x, y, z)) blocks.emplace_back(8 * x, 8 * y, 8 * z);
+    return blocks;
 }
 
 /// No voxel of an eighth of a block is farther from its middle: 1.5 sqrt(3).
@@ -92,43 +108,70 @@ Vec3f toFloat(const Vec3& v) {
     return {float(v[0]), float(v[1]), float(v[2])};
 }
 
-/// Trilinear samples on 8 x 8 places start + y dy + z dz, in canonical voxels from `lower`.
-PAVEL_WIDE void sampleSlab(const CanonicalField& f, const float start[3], const float dy[3], const float dz[3],
-                           float* out) {
+/// Places in canonical voxels from `lower`.
+template <int kCount>
+struct Places {
+    float x[kCount], y[kCount], z[kCount];
+};
+
+/// Trilinear samples. `within`: are all places in the field's box?
+template <int kCount>
+[[gnu::always_inline]] inline void sample(const CanonicalField& f, const Places<kCount>& p, bool within, float* out) {
     constexpr int kCorner[8] = {0, 1, 9, 10, 81, 82, 90, 91};
-    float u[64], v[64], w[64], c[8][64];
-    int ix[64], iy[64], iz[64];
-    for (int y = 0, n = 0; y < 8; ++y) {
-        const float fromX = start[0] + float(y) * dy[0], fromY = start[1] + float(y) * dy[1],
-                    fromZ = start[2] + float(y) * dy[2];
-        PAVEL_ROLLED
-        for (int z = 0; z < 8; ++z, ++n) {
-            const float px = fromX + float(z) * dz[0], py = fromY + float(z) * dz[1], pz = fromZ + float(z) * dz[2];
-            ix[n] = int(px), iy[n] = int(py), iz[n] = int(pz);
-            u[n] = px - float(ix[n]), v[n] = py - float(iy[n]), w[n] = pz - float(iz[n]);
-        }
+    float u[kCount], v[kCount], w[kCount], c[8][kCount];
+    int ix[kCount], iy[kCount], iz[kCount];
+    for (int n = 0; n < kCount; ++n) {
+        ix[n] = int(p.x[n]), iy[n] = int(p.y[n]), iz[n] = int(p.z[n]);
+        u[n] = p.x[n] - float(ix[n]), v[n] = p.y[n] - float(iy[n]), w[n] = p.z[n] - float(iz[n]);
     }
-    bool within = true;
-    for (int k = 0; k < 3; ++k)
-        for (int corner = 0; corner < 4; ++corner) {
-            const float x = start[k] + float(corner & 2 ? 7 : 0) * dy[k] + float(corner & 1 ? 7 : 0) * dz[k];
-            within &= x >= 0 && x < 8.f * float(f.count[k]);
-        }
-    for (int n = 0; n < 64; ++n) {
+    for (int n = 0; n < kCount; ++n) {
         const int bx = ix[n] >> 3, by = iy[n] >> 3, bz = iz[n] >> 3;
         size_t block = 0;
-        if (within || (ix[n] >= 0 && iy[n] >= 0 && iz[n] >= 0 && bx < f.count[0] && by < f.count[1] && bz < f.count[2]))
+        if (within ||
+            (p.x[n] >= 0 && p.y[n] >= 0 && p.z[n] >= 0 && bx < f.count[0] && by < f.count[1] && bz < f.count[2]))
             block = size_t(f.block[size_t((bx * f.count[1] + by) * f.count[2] + bz)]);
         const float* at =
             f.values.data() + block * CanonicalField::kCorners + (ix[n] & 7) * 81 + (iy[n] & 7) * 9 + (iz[n] & 7);
         for (int k = 0; k < 8; ++k) c[k][n] = at[kCorner[k]];
     }
-    for (int n = 0; n < 64; ++n) {
+    for (int n = 0; n < kCount; ++n) {
         const float a = c[0][n] + (c[1][n] - c[0][n]) * w[n], b = c[2][n] + (c[3][n] - c[2][n]) * w[n],
                     d = c[4][n] + (c[5][n] - c[4][n]) * w[n], e = c[6][n] + (c[7][n] - c[6][n]) * w[n];
         const float g = a + (b - a) * v[n], h = d + (e - d) * v[n];
         out[n] = g + (h - g) * u[n];
     }
+}
+
+/// Samples at 8 x 8 places start + y dy + z dz.
+PAVEL_WIDE void sampleSlab(const CanonicalField& f, const Vec3f& start, const Vec3f& dy, const Vec3f& dz, float* out) {
+    Places<64> p;
+    for (int y = 0, n = 0; y < 8; ++y) {
+        const Vec3f row = start + dy * float(y);
+        const float x0 = row[0], y0 = row[1], z0 = row[2];
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z, ++n)
+            p.x[n] = x0 + float(z) * dz[0], p.y[n] = y0 + float(z) * dz[1], p.z[n] = z0 + float(z) * dz[2];
+    }
+    bool within = true;
+    for (int corner : {0, 7, 56, 63}) {
+        const float at[3] = {p.x[corner], p.y[corner], p.z[corner]};
+        for (int k = 0; k < 3; ++k) within &= at[k] >= 0 && at[k] < 8.f * float(f.count[k]);
+    }
+    sample(f, p, within, out);
+}
+
+/// Eight samples tell of most blocks that the band does not come near them.
+PAVEL_WIDE bool mayHoldBand(const CanonicalField& f, const Vec3f& start, const Vec3f& dx, const Vec3f& dy,
+                            const Vec3f& dz, float scale) {
+    Places<8> p;
+    for (int part = 0; part < 8; ++part) {
+        const Vec3f at =
+            start + dx * (part & 4 ? 5.5f : 1.5f) + dy * (part & 2 ? 5.5f : 1.5f) + dz * (part & 1 ? 5.5f : 1.5f);
+        p.x[part] = at[0], p.y[part] = at[1], p.z[part] = at[2];
+    }
+    float d[8];
+    sample(f, p, false, d);
+    return std::any_of(d, d + 8, [&](float v) { return std::abs(v * scale) < float(kBand + kPartRadius); });
 }
 
 /// To voxels, within the band. Does any value lie inside it?
@@ -193,29 +236,11 @@ double placedDistance(const CanonicalField& f, const Frame& indexFromElement, co
     return (alongY(0) + (alongY(81) - alongY(0)) * t[0]) * f.voxelSize * indexFromElement.scale;
 }
 
-namespace {
-
-/// Eight samples tell of most blocks that the band does not come near them.
-bool mayHoldBand(const CanonicalField& field, const Frame& indexFromElement, const Coord& origin) {
-    for (int part = 0; part < 8; ++part) {
-        const Vec3 middle(part & 4 ? 5.5 : 1.5, part & 2 ? 5.5 : 1.5, part & 1 ? 5.5 : 1.5);
-        if (std::abs(placedDistance(field, indexFromElement, centreOf(origin) + middle)) < kBand + kPartRadius)
-            return true;
-    }
-    return false;
-}
-
-}  // namespace
-
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement) {
     const double toIndex = field.voxelSize * indexFromElement.scale;  // canonical voxels -> voxels
-    std::vector<Coord> blocks;
-    for (const Coord& origin : field.origins) {
-        const Vec3 centre = (centreOf(origin) + Vec3(4, 4, 4)) * field.voxelSize;
-        markBlocks(indexFromElement.apply(centre), 4 * std::sqrt(3.0) * toIndex, blocks);
-    }
-    std::sort(blocks.begin(), blocks.end());
-    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+    std::vector<Vec3> centres;
+    for (const Coord& origin : field.origins)
+        centres.push_back(indexFromElement.apply((centreOf(origin) + Vec3(4, 4, 4)) * field.voxelSize));
 
     auto tree = std::make_shared<WorkTree>(kBand);
     // canonical = origin + step * (i, j, k): the inverse placement is linear
@@ -227,11 +252,10 @@ WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexF
     const Vec3f dy = toFloat(step(1)), dz = toFloat(step(2));
     const float scale = float(toIndex);
     float values[WorkLeaf::SIZE];
-    for (const Coord& origin : blocks) {
-        if (!mayHoldBand(field, indexFromElement, origin)) continue;
+    for (const Coord& origin : blocksAround(centres, 4 * std::sqrt(3.0) * toIndex)) {
         const Vec3 start = indexFromElement.applyInverse(centreOf(origin)) / field.voxelSize - centreOf(field.lower);
-        for (int i = 0; i < 8; ++i)
-            sampleSlab(field, toFloat(start + double(i) * dx).data(), dy.data(), dz.data(), values + 64 * i);
+        if (!mayHoldBand(field, toFloat(start), toFloat(dx), dy, dz, scale)) continue;
+        for (int i = 0; i < 8; ++i) sampleSlab(field, toFloat(start + double(i) * dx), dy, dz, values + 64 * i);
         if (!scaledToBand(scale, values)) continue;
         WorkLeaf* leaf = tree->touchLeaf(origin);
         std::copy(values, values + WorkLeaf::SIZE, leaf->buffer().data());
