@@ -288,6 +288,43 @@ PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
     return sum > 0 ? 1 / std::sqrt(std::sqrt(sum)) : 1e9;
 }
 
+namespace {
+
+/// A rim passes no farther than this from a voxel next to it: half a voxel's diagonal.
+constexpr float kBeside = 0.87f;
+
+/// Voxels beside the surface.
+PAVEL_WIDE bool besideSurface(const float* values, BlockMask& mask) {
+    unsigned any = 0;
+    for (int row = 0; row < 64; ++row) {
+        unsigned bits = 0;
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z) bits |= unsigned(std::abs(values[8 * row + z]) <= kBeside) << z;
+        mask[size_t(row)] = uint8_t(bits);
+        any |= bits;
+    }
+    return any != 0;
+}
+
+struct SurfaceBlock {
+    Coord origin;
+    BlockMask mask;
+};
+
+std::vector<SurfaceBlock> surfaceBlocks(const WorkTree& tree) {
+    std::vector<SurfaceBlock> blocks;
+    SurfaceBlock block;
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
+        block.origin = leaf->origin();
+        if (besideSurface(leaf->buffer().data(), block.mask)) blocks.push_back(block);
+    }
+    std::sort(blocks.begin(), blocks.end(),
+              [](const SurfaceBlock& a, const SurfaceBlock& b) { return a.origin < b.origin; });
+    return blocks;
+}
+
+}  // namespace
+
 void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const openvdb::FloatTree* base) {
     e.contact = std::make_shared<ContactDistance>();
     const WorkReader own(*e.placed);
@@ -335,17 +372,17 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         return Sample{-s.value, -s.gradient};
     };
 
+    const std::vector<SurfaceBlock> surface = surfaceBlocks(*e.placed);
     // Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(origin, v): its
     // value at a voxel, without interpolation.
     const auto rimWith = [&](const auto& taken, const auto& near, const CoordBBox& box, int self) {
         std::vector<RimPoint> points;
-        forEachBlock(box, [&](const Coord& origin) {
-            const WorkLeaf* leaf = e.placed->probeConstLeaf(origin);
-            if (!leaf) return;
+        for (const auto& [origin, mask] : surface) {
+            if (!box.hasOverlap(CoordBBox(origin, origin.offsetBy(7)))) continue;
             const auto valueAt = near(origin);
-            if (!valueAt) return;
+            if (!valueAt) continue;
             for (int v = 0; v < 512; ++v) {
-                if (std::abs(leaf->buffer().data()[v]) > 0.87f || std::abs(valueAt(v)) > 0.87f) continue;
+                if (!testMask(mask, v) || std::abs(valueAt(v)) > kBeside) continue;
                 Vec3 p = centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
                 if (!snapToCurve(taken, onSurface, p)) continue;
                 const bool covered = (self >= 0 && base && sampleAt(solid, p) < -0.3) ||
@@ -353,7 +390,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
                                                  [&](const Cutter& c) { return c.index != self && c.covers(p); });
                 if (!covered) points.push_back({toFloat(p), awayFrom(taken(p).gradient, onSurface(p).gradient)});
             }
-        });
+        }
         return thinned(std::move(points));
     };
     /// Values of a leaf, or none.
@@ -370,7 +407,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         explicit operator bool() const { return any; }
         float operator()(int v) const {
             const float phi = values ? values[v] : -kBand;
-            if (phi > 0.87f) return -phi;
+            if (phi > kBeside) return -phi;
             return float(cutter->taken(phi, centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
         }
     };

@@ -215,23 +215,36 @@ PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* f
     return leaf.release();
 }
 
+/// The most by which face neighbours differ, one of them in the block.
+PAVEL_WIDE float steepest(const HaloBlock& f) {
+    float most[8] = {};
+    for (int row = 0; row < 64; ++row) {
+        const float* at = &f[size_t(((row >> 3) + 1) * 100 + ((row & 7) + 1) * 10 + 1)];
+        for (const int step : {-100, 100, -10, 10, -1, 1}) {
+            PAVEL_ROLLED
+            for (int z = 0; z < 8; ++z) {
+                const float by = std::abs(at[z] - at[z + step]);
+                most[z] = by > most[z] ? by : most[z];
+            }
+        }
+    }
+    return *std::max_element(most, most + 8);
+}
+
 /// A signed distance changes by no more than the way: where it does, its sides contradict each other.
 bool isDistance(const openvdb::FloatTree& tree) {
     constexpr float kMost = 1.05f;
+    constexpr size_t kChunk = 256;
     std::vector<const WorkLeaf*> leaves;
     tree.getNodes(leaves);
     std::atomic<bool> good{true};
-    tbb::parallel_for(size_t(0), leaves.size(), [&](size_t i) {
+    tbb::parallel_for(size_t(0), (leaves.size() + kChunk - 1) / kChunk, [&](size_t part) {
+        const BaseReader reader(tree);
         HaloBlock halo;
-        loadHalo(tree, *leaves[i], halo);
-        float most = 0;
-        for (int x = 1; x <= 8; ++x)
-            for (int y = 1; y <= 8; ++y)
-                for (int z = 1; z <= 8; ++z) {
-                    const float* at = &halo[size_t(x * 100 + y * 10 + z)];
-                    for (int step : {-100, 100, -10, 10, -1, 1}) most = std::max(most, std::abs(*at - at[step]));
-                }
-        if (most > kMost) good = false;
+        for (size_t i = part * kChunk; i < std::min(leaves.size(), (part + 1) * kChunk) && good; ++i) {
+            loadHalo(reader, *leaves[i], halo);
+            if (steepest(halo) > kMost) good = false;
+        }
     });
     return good;
 }

@@ -18,8 +18,9 @@ constexpr int kMostBlocks = 20;
 
 struct Voxel {
     float distance2;
-    int foot;  ///< the nearest so far, or negative
+    int foot;  ///< the nearest so far, or negative; with kQueued while it is to be offered on
 };
+constexpr int kQueued = 1 << 30;
 
 /// Signed distances of a block's voxels, the first at `origin`, from their feet; +-band where they have none.
 PAVEL_WIDE void distances(const Voxel* voxels, const Foot* feet, const Vec3f& origin, float band,
@@ -88,7 +89,7 @@ class Window {
         source_.resize(count);
         sign_.resize(count);
         slot_.assign(count, kNone);
-        slots_.clear(), voxels_.clear(), queued_.clear();
+        slots_.clear(), voxels_.clear();
         bool in = false, out = false;
         size_t i = 0;
         for (int x = 0; x < count_[0]; ++x)
@@ -177,7 +178,6 @@ class Window {
         const int x = b / step_[0], y = b / step_[1] % count_[1], z = b % count_[2];
         slots_.push_back({b, Vec3f(float(8 * x - 8), float(8 * y - 8), float(8 * z - 8))});
         voxels_.resize(voxels_.size() + 512, Voxel{std::max(limit_[0], limit_[1]), -1});
-        queued_.resize(queued_.size() + 512, 0);
         return slot;
     }
 
@@ -212,9 +212,10 @@ class Window {
         next_.clear();
         const bool oneLimit = limit_[0] == limit_[1];
         for (const int i : layer_) {
-            queued_[size_t(i)] = 0;
+            const int foot = voxels_[size_t(i)].foot & ~kQueued;
+            voxels_[size_t(i)].foot = foot;
             const Slot& own = slots_[size_t(i >> 9)];
-            const int v = i & 511, x = v >> 6, y = v >> 3 & 7, z = v & 7, foot = voxels_[size_t(i)].foot, b = own.block;
+            const int v = i & 511, x = v >> 6, y = v >> 3 & 7, z = v & 7, b = own.block;
             const Vec3f e = own.origin + Vec3f(float(x), float(y), float(z)) - feet_[size_t(foot)].point;
             const float ex = e[0], ey = e[1], ez = e[2];
             const float xx = ex * ex, yy = ey * ey, zz = ez * ez;
@@ -227,10 +228,9 @@ class Window {
                 }
                 Voxel& at = voxels_[size_t(n)];
                 if (d2 >= at.distance2) return;
-                at = {d2, foot};
-                if (queued_[size_t(n)]) return;
-                queued_[size_t(n)] = 1;
-                next_.push_back(n);
+                const bool waits = at.foot >= kQueued;
+                at = {d2, foot | kQueued};
+                if (!waits) next_.push_back(n);
             };
             const float limit = oneLimit ? limit_[0] : limit_[source_[size_t(b)].inside(v)];
             // Voxels between this one and its foot have nearer ones of their own.
@@ -256,7 +256,6 @@ class Window {
     std::vector<int> slot_;  // of each block
     std::vector<Slot> slots_;
     std::vector<Voxel> voxels_;
-    std::vector<char> queued_;
     std::vector<Foot> feet_;
     std::vector<int> layer_, next_;
     Patch patch_;
