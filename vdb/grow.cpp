@@ -130,12 +130,14 @@ StopShift solveShift(const Region& region, double target, double most, double cl
     return s;
 }
 
-void Growth::solveStopTimes(const std::vector<double>& targets, double still, const RunContext& context) {
+std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, double still, bool outlines,
+                                            const RunContext& context) {
     // Jacobi rounds: elements depend on each other only where one stopped before the other came.
     constexpr int kMostRounds = 8;
     constexpr double kClose = 1e-3;
     const size_t n = fronts_.size();
     std::vector<StopShift> shifts(n);
+    std::vector<Outline> made(outlines ? n : 0);
     std::vector<float> stopTimes(n + 1, std::numeric_limits<float>::infinity());
     std::vector<int> open, all;
     for (size_t i = 0; i < n; ++i) {
@@ -152,7 +154,11 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, co
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
         context.progress("growth", 0.6 + 0.2 * std::min(1, round));
         const RegionBuilder builder(elements_, placed, base_, fronts_, 1);
-        each(open, [&](int i) { shifts[size_t(i)] = solveShift(builder.build(i), targets[size_t(i)], 1, 1e-3); });
+        each(open, [&](int i) {
+            const Region region = builder.build(i);
+            shifts[size_t(i)] = solveShift(region, targets[size_t(i)], 1, 1e-3);
+            if (outlines) made[size_t(i)] = Outline(region, shifts[size_t(i)].later);
+        });
         std::vector<char> moved(n, 0), goesOn(n, 0);
         for (int i : open) {
             StopShift& s = shifts[size_t(i)];
@@ -181,6 +187,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, co
                 open.push_back(i);
         }
     }
+    return made;
 }
 
 void Growth::lookBeyond() {

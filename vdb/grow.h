@@ -25,7 +25,9 @@ class Growth {
     void march(const RunContext& context, double window = 1.5);
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels. Goes on until no
     /// front moves by more than `still` voxels, or its neighbours hinder it.
-    void solveStopTimes(const std::vector<double>& targets, double still, const RunContext& context);
+    /// @return outlines of the regions, if asked for; empty where nothing grew.
+    std::vector<Outline> solveStopTimes(const std::vector<double>& targets, double still, bool outlines,
+                                        const RunContext& context);
 
     /// Null where the element did not grow.
     const Front* front(int i) const { return fronts_[size_t(i)].get(); }

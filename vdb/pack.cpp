@@ -318,12 +318,13 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         fields = canonicalFields(kinds, placed, h, false);
     }
     Growth growth(coarse, coarseBase.get(), materials);
+    std::vector<Outline> outlines;
     {
         const StageTimer timer(context, "growth");
         growth.march(context);
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].targetVolume;
-        growth.solveStopTimes(targets, 0.2, context);
+        outlines = growth.solveStopTimes(targets, 0.2, factor > 1, context);
         if (factor > 1) growth.lookBeyond();
     }
     {
@@ -371,8 +372,9 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             r.lostVolume = coarse[i].lost() * coarseH * coarseH * coarseH;
             for (int c : coarse[i].contacts) r.contacts.push_back(coarse[size_t(c)].id);
             if (coarse[i].bodyVoxels) {
-                Region region = onCoarse.build(element);
-                if (factor > 1) region = onFine.refine(element, region);
+                if (factor > 1 && outlines[i].empty()) outlines[i] = Outline(onCoarse.build(element));
+                Region region = factor > 1 ? onFine.refine(element, outlines[i]) : onCoarse.build(element);
+                if (factor > 1) outlines[i] = Outline();
                 const StopShift s = solveShift(region, target, 0.5, 2e-4);
                 const bool mayGrow = f ? !f->exhausted : !std::isinf(coarse[i].stiffness);
                 if (f && (mayGrow || s.missing < 0)) region.advance(s.later);

@@ -387,7 +387,7 @@ WorkTree::Ptr redistanced(const WorkTree& raw) {
 WorkTree::Ptr redistanced(const Region& raw, float band) {
     if (raw.size() == 0) return std::make_shared<WorkTree>(band);
     // The band may leave the region's blocks by one; cut into equal parts that fit a window.
-    const Coord lo = raw.lower().offsetBy(-8), hi = raw.upper().offsetBy(8);
+    const Coord lo = raw.numbers().lower().offsetBy(-8), hi = raw.numbers().upper().offsetBy(8);
     int count[3], parts[3];
     for (int k = 0; k < 3; ++k) {
         count[k] = (hi[k] - lo[k]) / 8 + 1;

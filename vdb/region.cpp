@@ -4,13 +4,13 @@
 
 namespace pavel {
 
-Region::Region(const CoordBBox& box) : lower_(leafOrigin(box.min())) {
+BlockNumbers::BlockNumbers(const CoordBBox& box) : lower_(leafOrigin(box.min())) {
     const Coord hi = leafOrigin(box.max());
     for (int k = 0; k < 3; ++k) count_[k] = box.empty() ? 0 : (hi[k] - lower_[k]) / 8 + 1;
-    cells_.assign(size_t(count_[0]) * size_t(count_[1]) * size_t(count_[2]), kOutside);
+    numbers_.assign(size_t(count_[0]) * size_t(count_[1]) * size_t(count_[2]), kOutside);
 }
 
-int Region::cell(const Coord& origin) const {
+int BlockNumbers::index(const Coord& origin) const {
     int c[3];
     for (int k = 0; k < 3; ++k) {
         c[k] = (origin[k] - lower_[k]) >> 3;
@@ -19,14 +19,9 @@ int Region::cell(const Coord& origin) const {
     return (c[0] * count_[1] + c[1]) * count_[2] + c[2];
 }
 
-int Region::at(const Coord& origin) const {
-    const int c = cell(origin);
-    return c < 0 ? kOutside : cells_[size_t(c)];
-}
-
 int Region::add(const Coord& origin, const float* own, const float* clip, const float* slope) {
     const int number = int(origins_.size());
-    cells_[size_t(cell(origin))] = number;
+    numbers_.set(origin, number);
     origins_.push_back(origin);
     own_.insert(own_.end(), own, own + 512);
     clip_.insert(clip_.end(), clip, clip + 512);
@@ -40,7 +35,7 @@ void Region::reserve(size_t blocks) {
 }
 
 void Region::fill(const Coord& origin) {
-    cells_[size_t(cell(origin))] = kInside;
+    numbers_.set(origin, kInside);
     filled_ += 512;
 }
 
@@ -66,6 +61,15 @@ std::array<int, 6> Region::beside(int block) const {
         numbers[size_t(side)] = at(c);
     }
     return numbers;
+}
+
+Outline::Outline(const Region& region, double later) : numbers_(region.numbers()), sides_(region.size() * 512) {
+    float values[512];
+    for (size_t b = 0; b < region.size(); ++b) {
+        region.values(int(b), later, values);
+        for (size_t v = 0; v < 512; ++v)
+            sides_[b * 512 + v] = uint8_t((values[v] > -1 ? kNotIn : 0) | (values[v] < 1 ? kNotOut : 0));
+    }
 }
 
 RegionMeasure::RegionMeasure(const Region& region) : region_(region), values_(region.size() * 512) {
@@ -126,21 +130,19 @@ void Region::dropStrays() {
     BlockMask full;
     full.fill(0xff);
     float value[512];
-    for (size_t c = 0; c < cells_.size(); ++c) {
-        if (cells_[c] == kOutside) continue;
-        const int z = int(c) % count_[2], y = int(c) / count_[2] % count_[1], x = int(c) / (count_[2] * count_[1]);
-        const Coord origin = lower_.offsetBy(8 * x, 8 * y, 8 * z);
-        if (cells_[c] == kInside) {
+    forEachBlock(CoordBBox(numbers_.lower(), numbers_.upper()), [&](const Coord& origin) {
+        const int b = at(origin);
+        if (b == kInside) {
             blocks.push_back({origin, full});
-        } else {
-            values(cells_[c], 0, value);
+        } else if (b != kOutside) {
+            values(b, 0, value);
             blocks.push_back({origin, negativeMask(value)});
         }
-    }
+    });
     for (const MaskedBlock& m : straysOf(blocks)) {
         const int b = at(m.origin);
         if (b == kInside) {  // a filled block that nothing touches
-            cells_[size_t(cell(m.origin))] = kOutside;
+            numbers_.set(m.origin, kOutside);
             filled_ -= 512;
             continue;
         }

@@ -13,27 +13,50 @@
 
 namespace pavel {
 
-class Region {
+/// Numbers of the blocks in a box.
+class BlockNumbers {
   public:
     static constexpr int kOutside = -1, kInside = -2;
 
+    BlockNumbers() = default;
+    /// All outside. @param box voxels that blocks may cover
+    explicit BlockNumbers(const CoordBBox& box);
+    /// Number of the block at a leaf origin, or kOutside, kInside.
+    int at(const Coord& origin) const {
+        const int i = index(origin);
+        return i < 0 ? kOutside : numbers_[size_t(i)];
+    }
+    void set(const Coord& origin, int number) { numbers_[size_t(index(origin))] = number; }
+    /// Leaf origins of the first and last blocks that may exist.
+    const Coord& lower() const { return lower_; }
+    Coord upper() const { return lower_ + Coord(8 * (count_[0] - 1), 8 * (count_[1] - 1), 8 * (count_[2] - 1)); }
+
+  private:
+    int index(const Coord& origin) const;
+    Coord lower_;
+    int count_[3] = {};
+    std::vector<int> numbers_;
+};
+
+class Region {
+  public:
+    static constexpr int kOutside = BlockNumbers::kOutside, kInside = BlockNumbers::kInside;
+
     /// @param box voxels that blocks may cover
-    explicit Region(const CoordBBox& box);
+    explicit Region(const CoordBBox& box) : numbers_(box) {}
     /// Adds a block; the origins must differ. Returns its number.
     int add(const Coord& origin, const float* own, const float* clip, const float* slope);
     void reserve(size_t blocks);
     /// A block without surface that is filled.
     void fill(const Coord& origin);
-    /// Number of the block at a leaf origin, or kOutside, kInside.
-    int at(const Coord& origin) const;
+    /// As BlockNumbers.
+    int at(const Coord& origin) const { return numbers_.at(origin); }
+    const BlockNumbers& numbers() const { return numbers_; }
 
     size_t size() const { return origins_.size(); }
     const Coord& origin(int block) const { return origins_[size_t(block)]; }
     const float* own(int block) const { return &own_[size_t(block) * 512]; }
     const float* clip(int block) const { return &clip_[size_t(block) * 512]; }
-    /// Leaf origins of the first and last blocks that may exist.
-    const Coord& lower() const { return lower_; }
-    Coord upper() const { return lower_ + Coord(8 * (count_[0] - 1), 8 * (count_[1] - 1), 8 * (count_[2] - 1)); }
 
     /// Voxels that do not belong to the largest piece leave the region.
     void dropStrays();
@@ -50,13 +73,30 @@ class Region {
     void values(int block, double later, float* out) const;
 
   private:
-    int cell(const Coord& origin) const;
-    Coord lower_;
-    int count_[3];
-    std::vector<int> cells_;  // number of the block, kOutside or kInside
+    BlockNumbers numbers_;
     std::vector<Coord> origins_;
     std::vector<float> own_, clip_, slope_;
     uint64_t filled_ = 0;
+};
+
+/// Where a region's surface passes, to a voxel: all that a finer grid asks of it.
+class Outline {
+  public:
+    /// Farther than a voxel from the surface, a value lies on one side of it only.
+    static constexpr uint8_t kNotIn = 1, kNotOut = 2;
+
+    Outline() = default;
+    /// Of a region whose front stops later by something.
+    explicit Outline(const Region& region, double later = 0);
+    bool empty() const { return sides_.empty(); }
+    const BlockNumbers& numbers() const { return numbers_; }
+    size_t size() const { return sides_.size() / 512; }
+    /// Of the 512 voxels of a block.
+    const uint8_t* sides(int block) const { return &sides_[size_t(block) * 512]; }
+
+  private:
+    BlockNumbers numbers_;
+    std::vector<uint8_t> sides_;
 };
 
 /// Volume of a region for stop times that are later by something; `slope`, the speed, tells how own falls. Blocks that

@@ -61,12 +61,6 @@ const std::array<float, 512> kAllOut = [] {
 
 const std::array<float, 512> kNowhere{};
 
-/// Farther than a voxel from the surface, a value lies on one side of it only.
-constexpr uint8_t kNotIn = 1, kNotOut = 2;
-constexpr uint8_t sidesOf(float value) {
-    return uint8_t((value > -1 ? kNotIn : 0) | (value < 1 ? kNotOut : 0));
-}
-
 /// What an element holds by itself, and how fast its front is there. False where nothing is near.
 PAVEL_WIDE bool ownValues(const OwnField& a, float* own, float* slope) {
     int near = 0;
@@ -253,31 +247,26 @@ Region RegionBuilder::build(int i) const {
     return region;
 }
 
-Region RegionBuilder::refine(int i, const Region& coarse) const {
+Region RegionBuilder::refine(int i, const Outline& coarse) const {
     Region region(reach_[size_t(i)]);
     region.reserve(coarse.size() * size_t(factor_ * factor_));
     const std::vector<int> rivals = rivalsOf(i);
-    std::vector<uint8_t> sides(coarse.size() * 512);
-    for (size_t b = 0; b < coarse.size(); ++b) {
-        float values[512];
-        coarse.values(int(b), 0, values);
-        for (size_t v = 0; v < 512; ++v) sides[b * 512 + v] = sidesOf(values[v]);
-    }
+    const BlockNumbers& numbers = coarse.numbers();
     constexpr int kSide = 10;  // a coarse block and the voxels around it
     uint8_t around[kSide * kSide * kSide];
-    forEachBlock(CoordBBox(coarse.lower(), coarse.upper()), [&](const Coord& leaf) {
-        const int b = coarse.at(leaf);
+    forEachBlock(CoordBBox(numbers.lower(), numbers.upper()), [&](const Coord& leaf) {
+        const int b = numbers.at(leaf);
         if (b == Region::kOutside) return;
         if (b >= 0) {
             int beside[27];
             for (int part = 0; part < 27; ++part)
-                beside[part] = coarse.at(leaf.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8));
+                beside[part] = numbers.at(leaf.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8));
             forEachRowAround<1, 1, kSide>([&](int part, int row, int at, auto n) {
                 const int from = beside[part];
                 if (from >= 0)
-                    std::copy_n(&sides[size_t(from) * 512 + size_t(row)], int(n), around + at);
+                    std::copy_n(coarse.sides(from) + row, int(n), around + at);
                 else
-                    std::fill_n(around + at, int(n), sidesOf(from == Region::kInside ? -kBand : kBand));
+                    std::fill_n(around + at, int(n), from == Region::kInside ? Outline::kNotOut : Outline::kNotIn);
             });
         }
         // Coarse voxels at or before a block's first and last, and one more, in the box around.
@@ -292,9 +281,9 @@ Region RegionBuilder::refine(int i, const Region& coarse) const {
                         for (int v = first(y); v < end(y); ++v)
                             for (int w = first(z); w < end(z); ++w)
                                 near = uint8_t(near | around[(u * kSide + v) * kSide + w]);
-                    if (b == Region::kInside || !(near & kNotIn))
+                    if (b == Region::kInside || !(near & Outline::kNotIn))
                         region.fill(origin);
-                    else if (near & kNotOut)
+                    else if (near & Outline::kNotOut)
                         addBlock(i, rivals, origin, region);
                 }
     });

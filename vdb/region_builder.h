@@ -33,7 +33,7 @@ class RegionBuilder {
     /// The region of an element on the fronts' own grid. Needs factor 1.
     Region build(int i) const;
     /// The same on the finer grid, around the surface of the coarse one.
-    Region refine(int i, const Region& coarse) const;
+    Region refine(int i, const Outline& coarse) const;
     /// The elements whose shapes or fronts may meet those of i, ascending, without i.
     std::vector<int> rivalsOf(int i) const;
     /// May any element's shape or front meet the box?

@@ -52,7 +52,7 @@ Pair grownPair(double distance, Material material) {
     p.growth = std::make_unique<Growth>(p.elements, nullptr, std::vector<Material>{material});
     RunContext context;
     p.growth->march(context);
-    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, context);
+    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, false, context);
     const std::vector<WorkTree::Ptr> placed = placedOf(p.elements);
     const RegionBuilder builder(p.elements, placed, nullptr, p.growth->fronts(), 1);
     for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)));
@@ -154,7 +154,7 @@ TEST(Growth, WindowsDoNotChangeWhoGetsWhat) {
         growth.march(context, window);
         std::vector<double> targets;
         for (const WorkElement& e : elements) targets.push_back(e.targetVolume);
-        growth.solveStopTimes(targets, 0.02, context);
+        growth.solveStopTimes(targets, 0.02, false, context);
         grownVoxels = double(growth.grownVoxels());
         const std::vector<WorkTree::Ptr> placed = placedOf(elements);
         const RegionBuilder builder(elements, placed, nullptr, growth.fronts(), 1);
