@@ -292,8 +292,7 @@ void Front::push(GrowthBlock* block, int v, double time) {
     changed_ = true;
     cell.time[i] = t;
     cell.state[i] = kTrial;
-    heap_.push_back({t, uint32_t(block->number) * 512 + uint32_t(v)});
-    std::push_heap(heap_.begin(), heap_.end());
+    heap_.push({t, uint32_t(block->number) * 512 + uint32_t(v)});
 }
 
 void Front::start() {
@@ -422,23 +421,22 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
 
 void Front::march(double until, const std::vector<float>& stopTimes, bool claiming) {
     claimed_.clear();
-    while (!heap_.empty() && heap_.front().time < until) {
-        std::pop_heap(heap_.begin(), heap_.end());
-        const Arrival next = heap_.back();
-        heap_.pop_back();
-        GrowthBlock* block = &blocks[next.voxel / 512];
-        const int v = int(next.voxel % 512);
-        if (block->state(v) != kTrial || block->time(v) != next.time) continue;
+    while (!heap_.empty() && heap_.top().time() < until) {
+        const Arrival next = heap_.top();
+        heap_.pop();
+        GrowthBlock* block = &blocks[next.voxel() / 512];
+        const int v = int(next.voxel() % 512);
+        if (block->state(v) != kTrial || block->time(v) != next.time()) continue;
         accept(block, v, stopTimes, claiming);
-        if (claiming) lastArrival = next.time;
+        if (claiming) lastArrival = next.time();
         speedKnown_ = false;
     }
 }
 
 void Front::commit() {
     for (const Arrival& c : claimed_) {
-        std::atomic<Claim>& slot = blocks[c.voxel / 512].claims->claims[c.voxel % 512];
-        const Claim mine = makeClaim(c.time, element.id);
+        std::atomic<Claim>& slot = blocks[c.voxel() / 512].claims->claims[c.voxel() % 512];
+        const Claim mine = makeClaim(c.time(), element.id);
         Claim held = slot.load(std::memory_order_relaxed);
         while (mine < held && !slot.compare_exchange_weak(held, mine, std::memory_order_relaxed)) {
         }
@@ -449,14 +447,14 @@ void Front::settle() {
     won = 0;
     size_t kept = 0;
     for (const Arrival& c : claimed_) {
-        GrowthBlock& block = blocks[c.voxel / 512];
-        const int v = int(c.voxel % 512);
-        if (block.claims->claims[v].load(std::memory_order_relaxed) == makeClaim(c.time, element.id))
+        GrowthBlock& block = blocks[c.voxel() / 512];
+        const int v = int(c.voxel() % 512);
+        if (block.claims->claims[v].load(std::memory_order_relaxed) == makeClaim(c.time(), element.id))
             claimed_[kept++] = c;
         else
             touch(block, v).state[GrowthBlock::inCell(v)] = kGhost;
     }
-    claimed_.resize(kept);
+    claimed_.erase(claimed_.begin() + std::ptrdiff_t(kept), claimed_.end());
     won = kept;
     const double needed = element.lost() - grown;
     if (double(won) < needed) {
@@ -465,28 +463,28 @@ void Front::settle() {
     }
     std::sort(claimed_.begin(), claimed_.end(), [](const Arrival& x, const Arrival& y) { return y < x; });
     const size_t last = std::min(won, size_t(std::max(1.0, std::ceil(needed)))) - (won ? 1 : 0);
-    if (won) stopTime = claimed_[last].time;
+    if (won) stopTime = claimed_[last].time();
     grown += needed;
     stopped = true;
 }
 
 void Front::release() {
     for (const Arrival& c : claimed_)
-        if (c.time > stopTime)
-            blocks[c.voxel / 512].claims->claims[c.voxel % 512].store(kFree, std::memory_order_relaxed);
+        if (c.time() > stopTime)
+            blocks[c.voxel() / 512].claims->claims[c.voxel() % 512].store(kFree, std::memory_order_relaxed);
 }
 
 double Front::nextArrival() const {
-    return heap_.empty() ? std::numeric_limits<double>::infinity() : double(heap_.front().time);
+    return heap_.empty() ? std::numeric_limits<double>::infinity() : double(heap_.top().time());
 }
 
 double Front::frontSpeed() {
     if (speedKnown_) return speed_;
     double most = 0;
     for (const Arrival& h : heap_) {
-        const GrowthBlock& block = blocks[h.voxel / 512];
-        const int v = int(h.voxel % 512);
-        if (block.state(v) == kTrial && block.time(v) == h.time) most = std::max(most, speedAt(block.contact(v)));
+        const GrowthBlock& block = blocks[h.voxel() / 512];
+        const int v = int(h.voxel() % 512);
+        if (block.state(v) == kTrial && block.time(v) == h.time()) most = std::max(most, speedAt(block.contact(v)));
     }
     speedKnown_ = true;
     return speed_ = most;

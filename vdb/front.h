@@ -1,6 +1,7 @@
 #pragma once
 // The growing front of one element: sub-voxel fast marching on blocks that are made when the front reaches them
 // (paper, Fast marching approach; J. A. Sethian 1996).
+#include <boost/heap/d_ary_heap.hpp>
 #include <deque>
 #include <unordered_map>
 
@@ -81,7 +82,7 @@ class Front {
     /// Gives back claims later than the stop time.
     void release();
     /// Frees the queue: no more marching after this.
-    void dropQueue() { std::vector<Arrival>().swap(heap_), std::vector<Arrival>().swap(claimed_); }
+    void dropQueue() { Queue().swap(heap_), std::vector<Arrival>().swap(claimed_); }
     /// The next arrival that waits, or infinity.
     double nextArrival() const;
     /// Largest speed on the waiting front.
@@ -139,11 +140,15 @@ class Front {
     size_t won = 0;          ///< in the last round
 
   private:
+    /// Orders by time, then by voxel (block number * 512 + index): positive floats order like their bits.
     struct Arrival {
-        float time;
-        uint32_t voxel;  // block number * 512 + index
-        bool operator<(const Arrival& o) const { return time != o.time ? time > o.time : voxel > o.voxel; }
+        uint64_t key;
+        Arrival(float time, uint32_t voxel) : key(makeClaim(time, int(voxel))) {}
+        float time() const { return claimTime(key); }
+        uint32_t voxel() const { return uint32_t(key); }
+        bool operator<(const Arrival& o) const { return key > o.key; }  // the earliest on top of a heap
     };
+    using Queue = boost::heap::d_ary_heap<Arrival, boost::heap::arity<4>>;
     GrowthBlock* make(const Coord& origin);
     /// Neighbouring voxel: its block (null where there is none) and index.
     static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n);
@@ -162,7 +167,7 @@ class Front {
     ClaimMap& claims_;
     std::unordered_map<Coord, GrowthBlock*, CoordHash> map_;
     std::deque<GrowthCell> cells_;
-    std::vector<Arrival> heap_;
+    Queue heap_;
     double speed_ = 0;  // of the waiting front, where it is known
     bool speedKnown_ = false;
     bool changed_ = false;          // since it was finished
