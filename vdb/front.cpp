@@ -114,32 +114,36 @@ double Front::scaleFor(double contact) const {
     return weight * recoveryFunction(std::max(least, contact) / element.size, a, b);
 }
 
-double Front::scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const {
-    if (cell.state[i] == kInner) return double(cell.contact[i]);
-    if (cell.contact[i] < 0) return 0;
-    const double speed = scaleFor(cell.contact[i]);
-    const float phi = block.placedAt(v);
-    if (phi <= 0 || cell.contact[i] < kNearRim || !(cell.time[i] < kNever)) return speed;
-    const double share = std::clamp(2.5 - double(phi), 0.0, 1.0);  // placed distances end at 3
-    return speed + share * std::max(0.0, double(phi) / double(cell.time[i]) - speed);
-}
-
 namespace {
 
-/// Front::read, with phi there already. `least`, a and b in voxels.
-PAVEL_WIDE void readCell(const GrowthCell& cell, float weight, float least, float a, float b, float stopTime,
-                         Front::CellField& out) {
-    for (int i = 0; i < GrowthCell::kCount; ++i) {
-        const float contact = cell.contact[i], time = cell.time[i], phi = out.phi[i];
+/// What Front::scaleAt needs to know of a front; in voxels.
+struct Speed {
+    explicit Speed(const Front& f)
+        : weight(float(f.weight)),
+          a(float(f.a * f.element.size)),
+          b(float(f.b * f.element.size)),
+          least(std::min(2.f, a)) {}
+    float weight, a, b, least;
+
+    [[gnu::always_inline]] float scale(bool inner, float contact, float time, float phi) const {
         const float speed = weight * recoveryFunction(contact > least ? contact : least, a, b);
-        const float near = 2.5f - phi, most = near < 1 ? near : 1, share = most > 0 ? most : 0;
+        const float near = 2.5f - phi, most = near < 1 ? near : 1, share = most > 0 ? most : 0;  // placed ones end at 3
         const float faster = phi / time - speed, mean = speed + share * (faster > 0 ? faster : 0);
-        const bool timed = time < kNever;
-        const float ownSpeed = timed & (phi > 0) & (contact >= kNearRim) ? mean : speed,
-                    known = contact < 0 ? 0 : ownSpeed, scale = cell.state[i] == kInner ? contact : known;
-        const float way = scale * (time - stopTime);
+        const float own = (time < kNever) & (phi > 0) & (contact >= kNearRim) ? mean : speed,
+                    known = contact < 0 ? 0 : own;
+        return inner ? contact : known;
+    }
+};
+
+/// Front::read, with phi there already.
+PAVEL_WIDE void readCell(const GrowthCell& cell, const Speed& speed, float stopTime, Front::CellField& out) {
+    const Speed s = speed;
+    for (int i = 0; i < GrowthCell::kCount; ++i) {
+        const float time = cell.time[i], phi = out.phi[i],
+                    scale = s.scale(cell.state[i] == kInner, cell.contact[i], time, phi),
+                    way = scale * (time - stopTime);
         out.scale[i] = scale;
-        out.way[i] = timed ? way : phi;
+        out.way[i] = time < kNever ? way : phi;
     }
 }
 
@@ -152,9 +156,11 @@ void Front::read(const GrowthBlock& block, int cell, CellField& out) const {
         else
             std::fill_n(out.phi + i, 4, block.placedTile);
     }
-    const double size = element.size;
-    readCell(*block.cells[cell], float(weight), float(std::min(2.0, a * size)), float(a * size), float(b * size),
-             stopTime, out);
+    readCell(*block.cells[cell], Speed(*this), stopTime, out);
+}
+
+float Front::scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const {
+    return Speed(*this).scale(cell.state[i] == kInner, cell.contact[i], cell.time[i], block.placedAt(v));
 }
 
 double Front::speedOf(GrowthBlock* block, int v) {
@@ -271,7 +277,7 @@ void Front::lookBeyond() {
         GrowthBlock& block = blocks[k];
         block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
             if (!(cell.time[i] < kNever)) return;
-            if (float(scaleAt(block, cell, v, i)) <= slow) askBeside(&block, v);
+            if (scaleAt(block, cell, v, i) <= slow) askBeside(&block, v);
             if (cell.state[i] != kInner) return;
             // Its neighbours' mean will do for marching, but would leave warts where the speed changes much in a voxel.
             cell.contact[i] = contactAt(block, v);

@@ -119,7 +119,7 @@ class Front {
     /// Turns times into distances: the speed at the voxel, or beyond the rim the mean speed on the way from the placed
     /// surface, where that is larger: distances then go over into the placed ones where the speed ends. 0 where the
     /// front does not go.
-    double scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const;
+    float scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const;
     /// The voxels of a cell, in its order. `way`: scale * (arrival - stop time), phi where the front has no time.
     struct CellField {
         float phi[GrowthCell::kCount], way[GrowthCell::kCount], scale[GrowthCell::kCount];

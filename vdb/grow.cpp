@@ -156,16 +156,17 @@ std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, 
         const RegionBuilder builder(elements_, placed, base_, fronts_, 1);
         each(open, [&](int i) {
             const Region region = builder.build(i);
-            shifts[size_t(i)] = solveShift(region, targets[size_t(i)], 1, 1e-3);
-            if (outlines) made[size_t(i)] = Outline(region, shifts[size_t(i)].later);
+            StopShift& s = shifts[size_t(i)];
+            s = solveShift(region, targets[size_t(i)], 1, 1e-3);
+            if (fronts_[size_t(i)]->exhausted && s.missing > 0) s.later = 0;
+            // Later rounds only mend what the neighbours' moves did; halved, so that two cannot chase each other.
+            if (round > 1) s.later *= 0.5;
+            if (outlines) made[size_t(i)] = Outline(region, s.later);
         });
         std::vector<char> moved(n, 0), goesOn(n, 0);
         for (int i : open) {
-            StopShift& s = shifts[size_t(i)];
+            const StopShift& s = shifts[size_t(i)];
             Front& f = *fronts_[size_t(i)];
-            if (f.exhausted && s.missing > 0) s.later = 0;
-            // Later rounds only mend what the neighbours' moves did; halved, so that two cannot chase each other.
-            if (round > 1) s.later *= 0.5;
             f.stopTime = stopTimes[size_t(i) + 1] = float(f.stopTime + s.later);
             moved[size_t(i)] = std::abs(s.later) > still * s.reach;
             goesOn[size_t(i)] = moved[size_t(i)];
