@@ -78,7 +78,11 @@ GrowthBlock* Front::make(const Coord& origin) {
 GrowthCell& Front::touch(GrowthBlock& block, int v) {
     GrowthCell*& cell = block.cells[GrowthBlock::cellOf(v)];
     if (cell) return *cell;
-    cell = &cells_.emplace_back();
+    if (usedOfLast_ == kChunk) {
+        cells_.emplace_back(new GrowthCell[kChunk]);
+        usedOfLast_ = 0;
+    }
+    cell = &cells_.back()[usedOfLast_++];
     for (int i = 0; i < GrowthCell::kCount; ++i) {
         cell->time[i] = kNever;
         cell->contact[i] = -1;

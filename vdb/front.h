@@ -3,6 +3,7 @@
 // (paper, Fast marching approach; J. A. Sethian 1996).
 #include <boost/heap/d_ary_heap.hpp>
 #include <deque>
+#include <memory>
 #include <unordered_map>
 
 #include "pavel/vdb/claims.h"
@@ -166,7 +167,9 @@ class Front {
 
     ClaimMap& claims_;
     std::unordered_map<Coord, GrowthBlock*, CoordHash> map_;
-    std::deque<GrowthCell> cells_;
+    static constexpr int kChunk = 8;
+    std::vector<std::unique_ptr<GrowthCell[]>> cells_;  // a deque would ask for memory for each
+    int usedOfLast_ = kChunk;
     Queue heap_;
     double speed_ = 0;  // of the waiting front, where it is known
     bool speedKnown_ = false;
