@@ -114,12 +114,9 @@ class Front {
     }
     /// How far from the rim that holds.
     double wedgeReach() const { return std::min(4.0, 0.4 * a * element.size); }
-    /// The speed, but not taken nearer to the contact than two voxels. There it falls so fast within a voxel that the
-    /// zero set of a product with it would be pitted.
-    double scaleFor(double contact) const;
-    /// Turns times into distances: the speed at the voxel, or beyond the rim the mean speed on the way from the placed
-    /// surface, where that is larger: distances then go over into the placed ones where the speed ends. 0 where the
-    /// front does not go.
+    /// Turns times into distances: the speed at the voxel (not taken nearer to the contact than two voxels), or beyond
+    /// the rim the mean speed on the way from the placed surface, where that is larger: distances then go over into the
+    /// placed ones where the speed ends. 0 where the front does not go.
     float scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const;
     /// The voxels of a cell, in its order. `way`: scale * (arrival - stop time), phi where the front has no time.
     struct CellField {
@@ -152,7 +149,16 @@ class Front {
     using Queue = boost::heap::d_ary_heap<Arrival, boost::heap::arity<4>>;
     GrowthBlock* make(const Coord& origin);
     /// Neighbouring voxel: its block (null where there is none) and index.
-    static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n);
+    static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n) {
+        constexpr int kStep[3] = {64, 8, 1};
+        const int axis = side / 2, x = v / kStep[axis] & 7;
+        if (side % 2 ? x < 7 : x > 0) {
+            n = v + (side % 2 ? kStep[axis] : -kStep[axis]);
+            return block;
+        }
+        n = v + (side % 2 ? -7 : 7) * kStep[axis];
+        return block->next[side];
+    }
     GrowthBlock* stepOrMake(GrowthBlock* block, int v, int side, int& n);
     double arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const;
     double speedAt(double contact) const;

@@ -224,7 +224,7 @@ PAVEL_WIDE void upsample(const float* nodes, const Nodes::Window& w, float* out)
     }
 }
 
-/// Front::wedgeArrival and scaleFor for many points at once.
+/// Front::wedgeArrival, and the speed there, for many points at once.
 struct Wedge {
     explicit Wedge(const Front& front)
         : weight(float(front.weight)),
