@@ -41,13 +41,6 @@ inline std::vector<CoordBBox> boxesOf(const std::vector<WorkElement>& elements) 
     return boxes;
 }
 
-/// The placed level sets of all, in order.
-inline std::vector<WorkTree::Ptr> placedOf(const std::vector<WorkElement>& elements) {
-    std::vector<WorkTree::Ptr> placed;
-    for (const WorkElement& e : elements) placed.push_back(e.placed);
-    return placed;
-}
-
 /// Distance to the bisector of two elements, positive on the other's side: who keeps a contested point.
 /// By centre (paper): the nearest centre. Distances are weighed by stiffness, |x - c| / k: equal ones give a plane,
 /// others a sphere of Apollonius. By depth, where both elements have `deep`: the one in which the point lies deeper,

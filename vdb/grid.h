@@ -55,6 +55,11 @@ inline Coord leafOrigin(const Coord& c) {
     return {c[0] & ~7, c[1] & ~7, c[2] & ~7};
 }
 
+/// Rounded down, below zero, too.
+inline int floorDivide(int a, int b) {
+    return (a >= 0 ? a : a - b + 1) / b;
+}
+
 /// For hash tables of leaf origins.
 struct CoordHash {
     size_t operator()(const Coord& c) const { return c.hash<20>() ^ (size_t(c[1]) * 2654435761u); }

@@ -130,14 +130,14 @@ StopShift solveShift(const Region& region, double target, double most, double cl
     return s;
 }
 
-std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, double still, bool outlines,
+std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, double still, int factor,
                                             const RunContext& context) {
     // Jacobi rounds: elements depend on each other only where one stopped before the other came.
     constexpr int kMostRounds = 8;
     constexpr double kClose = 1e-3;
     const size_t n = fronts_.size();
     std::vector<StopShift> shifts(n);
-    std::vector<Outline> made(outlines ? n : 0);
+    std::vector<Outline> made(factor > 1 ? n : 0);
     std::vector<float> stopTimes(n + 1, std::numeric_limits<float>::infinity());
     std::vector<int> open, all;
     for (size_t i = 0; i < n; ++i) {
@@ -148,12 +148,11 @@ std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, 
     const auto each = [](const std::vector<int>& list, const auto& f) {
         tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k]); });
     };
-    const std::vector<WorkTree::Ptr> placed = placedOf(elements_);
     open = all;
     each(open, [&](int i) { fronts_[size_t(i)]->finish(); });
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
         context.progress("growth", 0.6 + 0.2 * std::min(1, round));
-        const RegionBuilder builder(elements_, placed, base_, fronts_, 1);
+        const RegionBuilder builder(elements_, base_, fronts_);
         each(open, [&](int i) {
             const Region region = builder.build(i);
             StopShift& s = shifts[size_t(i)];
@@ -161,7 +160,7 @@ std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, 
             if (fronts_[size_t(i)]->exhausted && s.missing > 0) s.later = 0;
             // Later rounds only mend what the neighbours' moves did; halved, so that two cannot chase each other.
             if (round > 1) s.later *= 0.5;
-            if (outlines) made[size_t(i)] = Outline(region, s.later);
+            if (factor > 1) made[size_t(i)] = Outline(region, s.later, factor);
         });
         std::vector<char> moved(n, 0), goesOn(n, 0);
         for (int i : open) {

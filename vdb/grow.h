@@ -25,8 +25,8 @@ class Growth {
     void march(const RunContext& context, double window = 1.5);
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels. Goes on until no
     /// front moves by more than `still` voxels, or its neighbours hinder it.
-    /// @return outlines of the regions, if asked for; empty where nothing grew.
-    std::vector<Outline> solveStopTimes(const std::vector<double>& targets, double still, bool outlines,
+    /// @return outlines of the regions on a grid `factor` times finer, none if it is 1; empty where nothing grew.
+    std::vector<Outline> solveStopTimes(const std::vector<double>& targets, double still, int factor,
                                         const RunContext& context);
 
     /// Null where the element did not grow.

@@ -7,32 +7,52 @@
 #include "pavel/vdb/recovery_function.h"
 
 namespace pavel {
-namespace {
-
-/// Catmull-Rom weights of the four nodes around a place t in [0, 1) between the middle two.
-std::array<float, 4> cubicWeights(float t) {
-    const float t2 = t * t, t3 = t2 * t;
-    return {0.5f * (-t3 + 2 * t2 - t), 0.5f * (3 * t3 - 5 * t2 + 2), 0.5f * (-3 * t3 + 4 * t2 + t), 0.5f * (t3 - t2)};
-}
 
 /// Along one axis: how the k-th of the fine blocks in a coarse one lies among the coarse nodes.
 struct FineSpan {
     static constexpr int kMostNodes = 7;
-    int first = 0, nodes = 0;  ///< the node at or before its first voxel; nodes from the one before that on
-    int before[8];             ///< of a voxel's four nodes the first, from the first of all
-    std::array<float, 4> weights[8];
+    int first = 0, nodes = 0;          ///< the node at or before its first voxel; nodes from the one before that on
+    int before[8];                     ///< of a voxel's four nodes the first, from the first of all
+    std::array<float, 4> weights[8];   ///< Catmull-Rom
+    float spread[kMostNodes][8] = {};  ///< the same by nodes, zero for those that a voxel does not see
 
     FineSpan(int k, int factor) : first(8 * k / factor) {
         for (int i = 0; i < 8; ++i) {
             before[i] = (8 * k + i) / factor - first;
-            weights[i] = cubicWeights(float((8 * k + i) % factor) / float(factor));
+            const float t = float((8 * k + i) % factor) / float(factor), t2 = t * t, t3 = t2 * t;
+            weights[i] = {0.5f * (-t3 + 2 * t2 - t), 0.5f * (3 * t3 - 5 * t2 + 2), 0.5f * (-3 * t3 + 4 * t2 + t),
+                          0.5f * (t3 - t2)};
+            for (int m = 0; m < 4; ++m) spread[before[i] + m][i] = weights[i][size_t(m)];
         }
         nodes = before[7] + 4;
     }
 };
 
+/// A front's nodes in one of its blocks and around it: one layer before the block, two beyond it.
+struct FrontNodes {
+    static constexpr int kBefore = 1, kSide = 11, kRow = 16, kSlab = kSide * kRow, kCount = kSide * kSlab;
+    static constexpr int index(int x, int y, int z) { return x * kSlab + y * kRow + z; }
+
+    float phi[kCount], way[kCount], scale[kCount];
+    uint8_t flags[kCount];
+
+    /// The nodes around a fine block, from the one before its first.
+    struct Window {
+        const float *phi, *way, *scale;  ///< steps kSlab, kRow, 1
+        const FineSpan *x, *y, *z;
+        // Of the nodes that the block's voxels lie between:
+        uint8_t flags = 0;    ///< of any of them
+        float least = kBand;  ///< of the front's own values, in coarse voxels
+    };
+    Window window(const FineSpan& sx, const FineSpan& sy, const FineSpan& sz) const;
+};
+
+namespace {
+
 constexpr uint8_t kTimed = 1, kNearRim = 2;
 
+constexpr float kReach =
+    3;                     ///< fine voxels: farther off, a front is not seen in a region, nor after its last small move
 constexpr float kFar = 3;  ///< coarse voxels: what comes later than that would only make an interpolation swing
 
 /// What a front holds in one of its blocks.
@@ -68,8 +88,8 @@ struct FrontBlock {
     }
 };
 
-/// A front's own nodes in and around one of its blocks: three layers on each side, so that two layers of times that go
-/// on beyond the front are known wherever the interpolation asks, one node before the block and two beyond it.
+/// A front's own nodes in and around one of its blocks: as FrontNodes, and two layers more on each side, so that the
+/// times that go on beyond the front are known wherever the interpolation asks.
 class Nodes {
   public:
     static constexpr int kBefore = 3, kSide = 15, kRow = 16, kSlab = kSide * kRow, kCount = kSide * kSlab;
@@ -125,26 +145,21 @@ class Nodes {
     /// Is there anything of the front within the band, in coarse voxels?
     bool within(float band) const { return any_ && least_ <= band; }
 
-    /// The nodes around a fine block, from the one before its first.
-    struct Window {
-        const float *phi, *way, *scale;  ///< steps kSlab, kRow, 1
-        const FineSpan *x, *y, *z;
-        uint8_t flags = 0;    ///< of any node
-        float least = kBand;  ///< of the front's own values, in coarse voxels
-    };
-    Window window(const FineSpan& sx, const FineSpan& sy, const FineSpan& sz) const {
-        const int from = index(sx.first + kBefore - 1, sy.first + kBefore - 1, sz.first + kBefore - 1);
-        Window w{phi_ + from, way_ + from, scale_ + from, &sx, &sy, &sz};
-        for (int x = 0; x < sx.nodes; ++x)
-            for (int y = 0; y < sy.nodes; ++y)
-                for (int i = from + index(x, y, 0), end = i + sz.nodes; i < end; ++i) {
-                    w.flags |= flags_[i];
-                    w.least = way_[i] < w.least ? way_[i] : w.least;
-                }
-        return w;
-    }
-
     void continueTimes();
+    std::unique_ptr<FrontNodes> inner() const {
+        auto inner = std::make_unique<FrontNodes>();
+        for (int x = 0; x < FrontNodes::kSide; ++x)
+            for (int y = 0; y < FrontNodes::kSide; ++y) {
+                constexpr int kMore = kBefore - FrontNodes::kBefore;
+                const int from = index(x + kMore, y + kMore, kMore), to = FrontNodes::index(x, y, 0);
+                const auto copy = [&](const auto* source, auto* row) {
+                    std::copy(source + from, source + from + FrontNodes::kSide, row + to);
+                };
+                copy(phi_, inner->phi), copy(way_, inner->way), copy(scale_, inner->scale);
+                copy(flags_, inner->flags);
+            }
+        return inner;
+    }
 
   private:
     static constexpr int index(int x, int y, int z) { return x * kSlab + y * kRow + z; }
@@ -199,28 +214,34 @@ void Nodes::continueTimes() {
 }
 
 /// Values on the window's nodes to the block's 8^3 voxels.
-PAVEL_WIDE void upsample(const float* nodes, const Nodes::Window& w, float* out) {
-    constexpr int n = FineSpan::kMostNodes;
-    float alongZ[n * n * 8], alongY[n * 8 * 8];
-    for (int x = 0; x < w.x->nodes; ++x)
-        for (int y = 0; y < w.y->nodes; ++y)
-            for (int z = 0; z < 8; ++z) {
-                const float* f = nodes + x * Nodes::kSlab + y * Nodes::kRow + w.z->before[z];
-                const auto& c = w.z->weights[z];
-                alongZ[(x * n + y) * 8 + z] = c[0] * f[0] + c[1] * f[1] + c[2] * f[2] + c[3] * f[3];
-            }
-    for (int x = 0; x < w.x->nodes; ++x)
-        for (int y = 0; y < 8; ++y) {
-            const float* f = alongZ + (x * n + w.y->before[y]) * 8;
-            const auto& c = w.y->weights[y];
-            for (int z = 0; z < 8; ++z)
-                alongY[(x * 8 + y) * 8 + z] = c[0] * f[z] + c[1] * f[8 + z] + c[2] * f[16 + z] + c[3] * f[24 + z];
-        }
+PAVEL_WIDE void upsample(const float* nodes, const FrontNodes::Window& w, float* out) {
+    constexpr int n = FineSpan::kMostNodes, kSlab = FrontNodes::kSlab;
+    float alongX[n * 8], alongY[8 * n];
     for (int x = 0; x < 8; ++x) {
-        const float* f = alongY + w.x->before[x] * 64;
-        const auto& c = w.x->weights[x];
-        for (int i = 0; i < 64; ++i)
-            out[x * 64 + i] = c[0] * f[i] + c[1] * f[64 + i] + c[2] * f[128 + i] + c[3] * f[192 + i];
+        const auto& cx = w.x->weights[x];
+        const float* slab = nodes + w.x->before[x] * kSlab;
+        for (int y = 0; y < w.y->nodes; ++y) {
+            const float* f = slab + y * FrontNodes::kRow;
+            PAVEL_ROLLED
+            for (int z = 0; z < 8; ++z)
+                alongX[y * 8 + z] =
+                    cx[0] * f[z] + cx[1] * f[kSlab + z] + cx[2] * f[2 * kSlab + z] + cx[3] * f[3 * kSlab + z];
+        }
+        for (int y = 0; y < 8; ++y) {
+            const auto& cy = w.y->weights[y];
+            const float* f = alongX + w.y->before[y] * 8;
+            PAVEL_ROLLED
+            for (int z = 0; z < 8; ++z)
+                alongY[z] = cy[0] * f[z] + cy[1] * f[8 + z] + cy[2] * f[16 + z] + cy[3] * f[24 + z];
+            // As a matrix: the four nodes that a voxel asks for would have to be gathered.
+            float* row = out + x * 64 + y * 8;
+            PAVEL_ROLLED
+            for (int z = 0; z < 8; ++z) {
+                float sum = w.z->spread[0][z] * alongY[0];
+                for (int m = 1; m < n; ++m) sum += w.z->spread[m][z] * alongY[m];
+                row[z] = sum;
+            }
+        }
     }
 }
 
@@ -309,8 +330,8 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
 }
 
 /// Values of one fine block from the coarse nodes around it. `distance`: to the placed surface, beyond its band, too.
-PAVEL_WIDE void interpolate(const Nodes::Window& nodes, int factor, float slowest, const float* placed, float* distance,
-                            GrownBlock& out) {
+PAVEL_WIDE void interpolate(const FrontNodes::Window& nodes, int factor, float slowest, const float* placed,
+                            float* distance, GrownBlock& out) {
     const float k = float(factor);
     upsample(nodes.way, nodes, out.way);
     upsample(nodes.scale, nodes, out.scale);
@@ -327,47 +348,60 @@ PAVEL_WIDE void interpolate(const Nodes::Window& nodes, int factor, float slowes
     }
 }
 
-/// Does the front come within the band?
+/// Does the front come within reach?
 PAVEL_WIDE bool reaches(const GrownBlock& block) {
     int count = 0;
-    for (int v = 0; v < 512; ++v) count += int(block.scale[v] > 0) & int(block.way[v] < kBand);
+    for (int v = 0; v < 512; ++v) count += int(block.scale[v] > 0) & int(block.way[v] < kReach);
     return count > 0;
 }
 
 }  // namespace
 
-GrownField::GrownField(const Front& front, const WorkTree& placed, int factor) {
-    std::vector<FineSpan> spans;
-    for (int k = 0; k < factor; ++k) spans.emplace_back(k, factor);
-    const float band = kBand / float(factor), slowest = 1e-3f * float(front.weight * factor);
-    float far[512], distance[512];
+FrontNodes::Window FrontNodes::window(const FineSpan& sx, const FineSpan& sy, const FineSpan& sz) const {
+    const int from = index(sx.first, sy.first, sz.first);
+    Window w{phi + from, way + from, scale + from, &sx, &sy, &sz};
+    for (int x = 1; x < sx.nodes - 1; ++x)
+        for (int y = 1; y < sy.nodes - 1; ++y)
+            for (int i = from + index(x, y, 1), end = i + sz.nodes - 2; i < end; ++i) {
+                w.flags |= flags[i];
+                w.least = way[i] < w.least ? way[i] : w.least;
+            }
+    return w;
+}
+
+GrownField::GrownField(const Front& front, int factor) : front_(front), factor_(factor) {
+    for (int k = 0; k < factor; ++k) spans_.emplace_back(k, factor);
     std::vector<FrontBlock> blocks;
     blocks.reserve(front.blocks.size());
     for (const GrowthBlock& grown : front.blocks) blocks.emplace_back(front, grown);
     for (const GrowthBlock& grown : front.blocks) {
         Nodes nodes(front, blocks, grown.origin);
-        if (!nodes.within(band)) continue;
+        std::unique_ptr<FrontNodes>& kept = nodes_.emplace_back();
+        if (!nodes.within(kReach / float(factor))) continue;
         nodes.continueTimes();
-        const Coord& corner = grown.origin;
-        for (int x = 0; x < factor; ++x)
-            for (int y = 0; y < factor; ++y)
-                for (int z = 0; z < factor; ++z) {
-                    const Nodes::Window window = nodes.window(spans[size_t(x)], spans[size_t(y)], spans[size_t(z)]);
-                    if (!(window.flags & kTimed) || window.least > band) continue;
-                    const Coord origin(corner[0] * factor + 8 * x, corner[1] * factor + 8 * y,
-                                       corner[2] * factor + 8 * z);
-                    const WorkLeaf* leaf = placed.probeConstLeaf(origin);
-                    const float tile = leaf ? 0 : placed.getValue(origin);
-                    if (tile < 0) continue;  // times run backwards there, but nobody else can come
-                    if (!leaf) std::fill(far, far + 512, tile);
-                    const float* values = leaf ? leaf->buffer().data() : far;
-                    auto block = std::make_unique<GrownBlock>();
-                    interpolate(window, factor, slowest, values, distance, *block);
-                    if (window.flags & kNearRim) mendNearRim(front, origin, factor, distance, *block);
-                    if (!reaches(*block)) continue;
-                    blocks_.emplace(origin, std::move(block));
-                }
+        kept = nodes.inner();
     }
+}
+
+GrownField::~GrownField() = default;
+
+bool GrownField::read(const Coord& origin, const float* placed, GrownBlock& out) const {
+    Coord corner;
+    size_t at[3];  // of the fine block in the coarse one
+    for (int k = 0; k < 3; ++k) {
+        const int block = origin[k] >> 3, coarse = floorDivide(block, factor_);
+        corner[k] = 8 * coarse;
+        at[k] = size_t(block - coarse * factor_);
+    }
+    const GrowthBlock* grown = front_.probe(corner);
+    const FrontNodes* nodes = grown ? nodes_[size_t(grown->number)].get() : nullptr;
+    if (!nodes) return false;
+    const FrontNodes::Window window = nodes->window(spans_[at[0]], spans_[at[1]], spans_[at[2]]);
+    if (!(window.flags & kTimed) || window.least > kReach / float(factor_)) return false;
+    float distance[512];
+    interpolate(window, factor_, 1e-3f * float(front_.weight * factor_), placed, distance, out);
+    if (window.flags & kNearRim) mendNearRim(front_, origin, factor_, distance, out);
+    return reaches(out);
 }
 
 }  // namespace pavel

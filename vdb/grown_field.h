@@ -1,7 +1,7 @@
 #pragma once
 // What a front holds on a grid finer than its own.
 #include <memory>
-#include <unordered_map>
+#include <vector>
 
 #include "pavel/vdb/front.h"
 
@@ -13,21 +13,25 @@ struct GrownBlock {
     float scale[512];  ///< voxels per unit of time; 0 where the front does not go and `way` means nothing
 };
 
-/// A stopped front on a grid `factor` times (2 to 8) finer, in the blocks where it comes near the band. Arrival
-/// times are smooth away from the rims, so they are interpolated; near the rims they are found anew
-/// (Front::wedgeArrival).
+struct FineSpan;
+struct FrontNodes;
+
+/// A stopped front on a grid `factor` times (2 to 8) finer. Arrival times are smooth away from the rims, so they are
+/// interpolated; near the rims they are found anew (Front::wedgeArrival).
 class GrownField {
   public:
-    GrownField() = default;
-    /// @param placed the element's shape on the fine grid
-    GrownField(const Front& front, const WorkTree& placed, int factor);
-    const GrownBlock* probe(const Coord& origin) const {
-        const auto found = blocks_.find(origin);
-        return found == blocks_.end() ? nullptr : found->second.get();
-    }
+    /// The front must outlive it unchanged.
+    GrownField(const Front& front, int factor);
+    ~GrownField();
+    /// The front in a leaf of the fine grid; false where it does not come near. `placed`: the element's
+    /// shape there.
+    bool read(const Coord& origin, const float* placed, GrownBlock& out) const;
 
   private:
-    std::unordered_map<Coord, std::unique_ptr<GrownBlock>, CoordHash> blocks_;
+    const Front& front_;
+    int factor_;
+    std::vector<FineSpan> spans_;                     // of the fine blocks along a coarse one
+    std::vector<std::unique_ptr<FrontNodes>> nodes_;  // by the front's blocks; null where none is near the band
 };
 
 }  // namespace pavel

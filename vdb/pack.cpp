@@ -4,18 +4,17 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <map>
 #include <mutex>
 #include <numeric>
 
 #include "pavel/core/error.h"
 #include "pavel/core/mesh_check.h"
+#include "pavel/vdb/fine_shapes.h"
 #include "pavel/vdb/fuse.h"
 #include "pavel/vdb/gap.h"
 #include "pavel/vdb/grow.h"
 #include "pavel/vdb/measure.h"
 #include "pavel/vdb/overlap.h"
-#include "pavel/vdb/placed_shapes.h"
 #include "pavel/vdb/redistance.h"
 #include "pavel/vdb/region_builder.h"
 #include "pavel/vdb/voxelize.h"
@@ -152,47 +151,6 @@ void dropFar(openvdb::FloatTree& base, const RegionBuilder& elements) {
     for (const auto& [origin, value] : far) base.addTile(1, origin, value, false);
 }
 
-/// Erases from a fine level set what the trim on a coarser grid cut off: voxels with a stray node around them and none
-/// of the main body.
-void eraseStrays(WorkTree& fine, const WorkElement& coarse, int factor) {
-    if (coarse.strays.empty()) return;
-    std::map<Coord, BlockMask> stray;
-    for (const MaskedBlock& m : coarse.strays)
-        for (size_t row = 0; row < 64; ++row) stray[m.origin][row] |= m.mask[row];
-    const auto isStray = [&](const Coord& c) {
-        const auto found = stray.find(leafOrigin(c));
-        return found != stray.end() && testMask(found->second, int(WorkLeaf::coordToOffset(c)));
-    };
-    std::vector<MaskedBlock> erased;
-    for (const auto& [origin, mask] : stray) {
-        const Coord first(origin[0] * factor - factor, origin[1] * factor - factor, origin[2] * factor - factor),
-            last(first[0] + 9 * factor, first[1] + 9 * factor, first[2] + 9 * factor);
-        forEachBlock(CoordBBox(first, last), [&](const Coord& block) {
-            MaskedBlock m{block, {}};
-            bool any = false;
-            for (int v = 0; v < 512; ++v) {
-                const Coord c = block + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-                bool near = false, main = false;
-                for (int corner = 0; corner < 8; ++corner) {
-                    Coord node;
-                    for (int k = 0; k < 3; ++k) {
-                        const int down = c[k] >= 0 ? c[k] / factor : -((-c[k] + factor - 1) / factor);
-                        node[k] = down + (corner >> k & 1 && down * factor != c[k]);
-                    }
-                    near |= isStray(node);
-                    main |= coarse.body->isValueOn(node);
-                }
-                if (!near || main) continue;
-                m.mask[size_t(v >> 3)] = uint8_t(m.mask[size_t(v >> 3)] | 1 << (v & 7));
-                any = true;
-            }
-            if (any) erased.push_back(m);
-        });
-    }
-    for (const MaskedBlock& m : erased)
-        if (fine.probeConstLeaf(m.origin) || fine.getValue(m.origin) < 0) erase(fine, {m});
-}
-
 /// Moves a surface by hundredths of a voxel until its volume is the target, or no more than it where `growing` is
 /// false: what re-distancing changed. Returns the volume.
 double settleVolume(WorkTree& tree, double target, bool growing) {
@@ -324,29 +282,26 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         growth.march(context);
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].targetVolume;
-        outlines = growth.solveStopTimes(targets, 0.2, factor > 1, context);
+        outlines = growth.solveStopTimes(targets, 0.2, factor, context);
         if (factor > 1) growth.lookBeyond();
     }
     {
         const StageTimer timer(context, "growth");
-        std::vector<WorkTree::Ptr> coarsePlaced = placedOf(coarse);
-        PlacedShapes shapes(n, [&](int i) {
-            const WorkElement& e = coarse[size_t(i)];
-            if (factor == 1) return PlacedShapes::Shape{e.placed, {e.placedVolume, e.placedVoxels}, {}};
-            const PlacedElement& p = placed[size_t(i)];
-            const CanonicalField& field = fields[size_t(p.kind)];
-            const Frame frame = indexFrame(p, h);
-            const WorkTree::Ptr tree = voxelizePlacement(field, frame);
-            eraseStrays(*tree, e, factor);
-            const double volume = field.volume * frame.scale * frame.scale * frame.scale;
-            const Front* front = growth.front(i);
-            return PlacedShapes::Shape{tree,
-                                       {volume, uint64_t(std::llround(volume))},
-                                       front ? GrownField(*front, *tree, factor) : GrownField()};
+        const auto fieldOf = [&](int i) -> const CanonicalField& { return fields[size_t(placed[size_t(i)].kind)]; };
+        FineShapes shapes(n, [&](int i) -> std::unique_ptr<FineShape> {
+            if (factor == 1) return nullptr;
+            return std::make_unique<FineShape>(coarse[size_t(i)], growth.front(i), fieldOf(i),
+                                               indexFrame(placed[size_t(i)], h), factor);
         });
-        const RegionBuilder onCoarse(coarse, coarsePlaced, coarseBase.get(), growth.fronts(), 1),
-            onFine(coarse, shapes.shapes(), grids.base.get(), growth.fronts(), factor,
-                   factor > 1 ? &shapes.grown() : nullptr);
+        const auto measurePlaced = [&](int i) -> InsideMeasure {
+            const WorkElement& e = coarse[size_t(i)];
+            if (factor == 1) return {e.placedVolume, e.placedVoxels};
+            const double scale = indexFrame(placed[size_t(i)], h).scale,
+                         volume = fieldOf(i).volume * scale * scale * scale;
+            return {volume, uint64_t(std::llround(volume))};
+        };
+        const RegionBuilder onCoarse(coarse, coarseBase.get(), growth.fronts()),
+            onFine(coarse, grids.base.get(), growth.fronts(), factor, factor > 1 ? &shapes : nullptr);
         result.counts.grownVoxels = growth.grownVoxels() * uint64_t(factor) * uint64_t(factor) * uint64_t(factor);
         growth.dropClaims();
         if (options.gap == 0) dropFar(*grids.base, onFine);
@@ -363,16 +318,16 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const Front* f = growth.front(element);
             shapes.acquire(element);
             for (int j : rivals[i]) shapes.acquire(j);
-            const double initial = shapes.measure(element).volume,
-                         target = initial * coarse[i].targetVolume / std::max(coarse[i].placedVolume, 1e-9);
-            voxels[i] = shapes.measure(element).voxels;
+            const InsideMeasure initial = measurePlaced(element);
+            const double target = initial.volume * coarse[i].targetVolume / std::max(coarse[i].placedVolume, 1e-9);
+            voxels[i] = initial.voxels;
             r.id = coarse[i].id;
-            r.initialVolume = initial * h3;
+            r.initialVolume = initial.volume * h3;
             r.targetVolume = target * h3;
             r.lostVolume = coarse[i].lost() * coarseH * coarseH * coarseH;
             for (int c : coarse[i].contacts) r.contacts.push_back(coarse[size_t(c)].id);
             if (coarse[i].bodyVoxels) {
-                if (factor > 1 && outlines[i].empty()) outlines[i] = Outline(onCoarse.build(element));
+                if (factor > 1 && outlines[i].empty()) outlines[i] = Outline(onCoarse.build(element), 0, factor);
                 Region region = factor > 1 ? onFine.refine(element, outlines[i]) : onCoarse.build(element);
                 if (factor > 1) outlines[i] = Outline();
                 const StopShift s = solveShift(region, target, 0.5, 2e-4);
@@ -390,7 +345,6 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const auto release = [&](int j) {
                 if (!shapes.release(j)) return;
                 WorkElement& done = coarse[size_t(j)];
-                coarsePlaced[size_t(j)].reset();
                 done.placed.reset(), done.body.reset(), done.contact.reset();
                 growth.drop(j);
             };

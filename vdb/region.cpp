@@ -21,6 +21,7 @@ int BlockNumbers::index(const Coord& origin) const {
 
 int Region::add(const Coord& origin, const float* own, const float* clip, const float* slope) {
     const int number = int(origins_.size());
+    if (at(origin) == kInside) filled_ -= 512;
     numbers_.set(origin, number);
     origins_.push_back(origin);
     own_.insert(own_.end(), own, own + 512);
@@ -63,13 +64,51 @@ std::array<int, 6> Region::beside(int block) const {
     return numbers;
 }
 
-Outline::Outline(const Region& region, double later) : numbers_(region.numbers()), sides_(region.size() * 512) {
-    float values[512];
+Outline::Outline(const Region& region, double later, int factor)
+    : numbers_(region.numbers()),
+      perBlock_(size_t(factor) * size_t(factor) * size_t(factor)),
+      sides_(region.size() * perBlock_) {
+    // Coarse voxels: what a fine block knows of the surface beyond it is asked for there, and details that the coarse
+    // grid does not show move it.
+    const float near = std::max(0.7f, 2 / float(factor));
+    constexpr int kSide = 9;  // a block and the first layer of the next ones
+    std::vector<float> values(region.size() * 512);
+    for (size_t b = 0; b < region.size(); ++b) region.values(int(b), later, &values[b * 512]);
+    float around[kSide * kSide * kSide];
+    uint8_t* side = sides_.data();
     for (size_t b = 0; b < region.size(); ++b) {
-        region.values(int(b), later, values);
-        for (size_t v = 0; v < 512; ++v)
-            sides_[b * 512 + v] = uint8_t((values[v] > -1 ? kNotIn : 0) | (values[v] < 1 ? kNotOut : 0));
+        const Coord& origin = region.origin(int(b));
+        int beside[27];
+        for (int part = 0; part < 27; ++part)
+            beside[part] = region.at(origin.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8));
+        forEachRowAround<0, 1, kSide>([&](int part, int row, int at, auto n) {
+            const int from = beside[part];
+            if (from >= 0)
+                std::copy_n(&values[size_t(from) * 512 + size_t(row)], int(n), around + at);
+            else
+                std::fill_n(around + at, int(n), from == Region::kInside ? -kBand : kBand);
+        });
+        // Coarse voxels at or before a fine block's first, and beyond its last.
+        const auto first = [&](int k) { return 8 * k / factor; };
+        const auto last = [&](int k) { return (8 * k + 7) / factor + 1; };
+        for (int x = 0; x < factor; ++x)
+            for (int y = 0; y < factor; ++y)
+                for (int z = 0; z < factor; ++z, ++side) {
+                    float least = kBand, most = -kBand;
+                    for (int u = first(x); u <= last(x); ++u)
+                        for (int v = first(y); v <= last(y); ++v)
+                            for (int w = first(z); w <= last(z); ++w) {
+                                const float value = around[(u * kSide + v) * kSide + w];
+                                least = value < least ? value : least;
+                                most = value > most ? value : most;
+                            }
+                    *side = least >= near ? kOut : most <= -near ? kIn : kSurface;
+                }
     }
+}
+
+size_t Outline::surfaceBlocks() const {
+    return size_t(std::count(sides_.begin(), sides_.end(), uint8_t(kSurface)));
 }
 
 RegionMeasure::RegionMeasure(const Region& region) : region_(region), values_(region.size() * 512) {

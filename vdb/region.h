@@ -26,6 +26,7 @@ class BlockNumbers {
         const int i = index(origin);
         return i < 0 ? kOutside : numbers_[size_t(i)];
     }
+    bool holds(const Coord& origin) const { return index(origin) >= 0; }
     void set(const Coord& origin, int number) { numbers_[size_t(index(origin))] = number; }
     /// Leaf origins of the first and last blocks that may exist.
     const Coord& lower() const { return lower_; }
@@ -44,7 +45,7 @@ class Region {
 
     /// @param box voxels that blocks may cover
     explicit Region(const CoordBBox& box) : numbers_(box) {}
-    /// Adds a block; the origins must differ. Returns its number.
+    /// Adds a block, or puts it in the place of a filled one. Returns its number.
     int add(const Coord& origin, const float* own, const float* clip, const float* slope);
     void reserve(size_t blocks);
     /// A block without surface that is filled.
@@ -79,23 +80,25 @@ class Region {
     uint64_t filled_ = 0;
 };
 
-/// Where a region's surface passes, to a voxel: all that a finer grid asks of it.
+/// Where a region's surface passes on a grid `factor` times (2 to 8) finer, in blocks of that grid.
 class Outline {
   public:
-    /// Farther than a voxel from the surface, a value lies on one side of it only.
-    static constexpr uint8_t kNotIn = 1, kNotOut = 2;
+    enum Side : uint8_t { kOut, kIn, kSurface };
 
     Outline() = default;
-    /// Of a region whose front stops later by something.
-    explicit Outline(const Region& region, double later = 0);
+    /// Of a region whose front stops later by something. On the finer grid the surface may lie a little elsewhere:
+    /// kSurface is a good guess, not a promise.
+    Outline(const Region& region, double later, int factor);
     bool empty() const { return sides_.empty(); }
+    /// Of the coarse blocks; outside or inside ones lie there with all their voxels.
     const BlockNumbers& numbers() const { return numbers_; }
-    size_t size() const { return sides_.size() / 512; }
-    /// Of the 512 voxels of a block.
-    const uint8_t* sides(int block) const { return &sides_[size_t(block) * 512]; }
+    size_t surfaceBlocks() const;
+    /// Of the factor^3 fine blocks in a coarse one, x slowest.
+    const uint8_t* sides(int block) const { return &sides_[size_t(block) * perBlock_]; }
 
   private:
     BlockNumbers numbers_;
+    size_t perBlock_ = 0;
     std::vector<uint8_t> sides_;
 };
 

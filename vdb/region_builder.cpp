@@ -13,16 +13,8 @@ constexpr float kNear = 2;
 
 std::vector<CoordBBox> reaches(const std::vector<WorkElement>& elements,
                                const std::vector<std::unique_ptr<Front>>& fronts, int factor) {
-    std::vector<CoordBBox> boxes(elements.size());
-    for (size_t i = 0; i < elements.size(); ++i) {
-        CoordBBox box = elements[i].box;
-        if (fronts[i])
-            for (const GrowthBlock& b : fronts[i]->blocks) box.expand(b.origin), box.expand(b.origin.offsetBy(7));
-        if (box.empty()) continue;
-        const Coord lo = box.min(), hi = box.max().offsetBy(1);
-        boxes[i] = CoordBBox(lo[0] * factor, lo[1] * factor, lo[2] * factor, hi[0] * factor - 1, hi[1] * factor - 1,
-                             hi[2] * factor - 1);
-    }
+    std::vector<CoordBBox> boxes;
+    for (size_t i = 0; i < elements.size(); ++i) boxes.push_back(reachOf(elements[i], fronts[i].get(), factor));
     return boxes;
 }
 
@@ -126,11 +118,9 @@ PAVEL_WIDE bool takenBy(const OwnField& a, const OwnField& b, const Bisector& g,
 
 }  // namespace
 
-RegionBuilder::RegionBuilder(const std::vector<WorkElement>& elements, const std::vector<WorkTree::Ptr>& placed,
-                             const openvdb::FloatTree* base, const std::vector<std::unique_ptr<Front>>& fronts,
-                             int factor, const std::vector<GrownField>* fine)
+RegionBuilder::RegionBuilder(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
+                             const std::vector<std::unique_ptr<Front>>& fronts, int factor, const FineShapes* fine)
     : elements_(elements),
-      placed_(placed),
       base_(base),
       fronts_(fronts),
       factor_(factor),
@@ -150,18 +140,18 @@ std::vector<int> RegionBuilder::rivalsOf(int i) const {
 }
 
 bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
-    const WorkTree& placed = *placed_[size_t(i)];
+    field.scale = kNowhere.data();
+    if (fine_) {
+        const FineBlock& block = fine_->shape(i).at(origin);
+        field.phi = field.way = block.phi;
+        if (block.grown) field.way = block.grown->way, field.scale = block.grown->scale;
+        return &block != &FineShape::nothing();
+    }
+    const WorkTree& placed = *elements_[size_t(i)].placed;
     const WorkLeaf* leaf = placed.probeConstLeaf(origin);
     const float tile = leaf ? 0 : placed.getValue(origin);
     field.phi = field.way = leaf ? leaf->buffer().data() : tile < 0 ? kAllIn.data() : kAllOut.data();
-    field.scale = kNowhere.data();
-    if (fine_) {
-        if (const GrownBlock* block = (*fine_)[size_t(i)].probe(origin)) {
-            field.way = block->way;
-            field.scale = block->scale;
-            return true;
-        }
-    } else if (const Front* front = fronts_[size_t(i)].get()) {
+    if (const Front* front = fronts_[size_t(i)].get()) {
         if (const GrowthBlock* block = front->probe(origin)) {
             GrownBlock& made = field.made;
             std::copy(field.phi, field.phi + 512, made.way);
@@ -215,10 +205,15 @@ bool RegionBuilder::evaluate(int i, const std::vector<int>& rivals, const Coord&
         std::transform(leaf->buffer().data(), leaf->buffer().data() + 512, clip, [](float v) { return -v; });
     else
         std::fill(clip, clip + 512, base_ ? -base_->getValue(origin) : -kBand);
-    const CoordBBox here(origin, origin.offsetBy(7));
-    for (int j : rivals)
-        if (reach_[size_t(j)].hasOverlap(here)) clipBy(i, j, origin, a, clip);
+    for (int j : rivals) clipBy(i, j, origin, a, clip);
     return true;
+}
+
+std::vector<int> RegionBuilder::meeting(const std::vector<int>& rivals, const Coord& coarseBlock) const {
+    std::vector<int> here;
+    for (int j : rivals)
+        if (std::binary_search(blocks_[size_t(j)].begin(), blocks_[size_t(j)].end(), coarseBlock)) here.push_back(j);
+    return here;
 }
 
 void RegionBuilder::addBlock(int i, const std::vector<int>& rivals, const Coord& origin, Region& region) const {
@@ -239,7 +234,7 @@ Region RegionBuilder::build(int i) const {
     const std::vector<int> rivals = rivalsOf(i);
     forEachBlock(reach_[size_t(i)], [&](const Coord& origin) {
         if (body.probeConstLeaf(origin) || (front && front->probe(origin)))
-            addBlock(i, rivals, origin, region);
+            addBlock(i, meeting(rivals, origin), origin, region);
         else if (body.getValue(origin))
             region.fill(origin);
     });
@@ -249,46 +244,54 @@ Region RegionBuilder::build(int i) const {
 
 Region RegionBuilder::refine(int i, const Outline& coarse) const {
     Region region(reach_[size_t(i)]);
-    region.reserve(coarse.size() * size_t(factor_ * factor_));
+    region.reserve(coarse.surfaceBlocks());
     const std::vector<int> rivals = rivalsOf(i);
     const BlockNumbers& numbers = coarse.numbers();
-    constexpr int kSide = 10;  // a coarse block and the voxels around it
-    uint8_t around[kSide * kSide * kSide];
     forEachBlock(CoordBBox(numbers.lower(), numbers.upper()), [&](const Coord& leaf) {
         const int b = numbers.at(leaf);
         if (b == Region::kOutside) return;
-        if (b >= 0) {
-            int beside[27];
-            for (int part = 0; part < 27; ++part)
-                beside[part] = numbers.at(leaf.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8));
-            forEachRowAround<1, 1, kSide>([&](int part, int row, int at, auto n) {
-                const int from = beside[part];
-                if (from >= 0)
-                    std::copy_n(coarse.sides(from) + row, int(n), around + at);
-                else
-                    std::fill_n(around + at, int(n), from == Region::kInside ? Outline::kNotOut : Outline::kNotIn);
-            });
-        }
-        // Coarse voxels at or before a block's first and last, and one more, in the box around.
-        const auto first = [&](int k) { return 8 * k / factor_; };
-        const auto end = [&](int k) { return (8 * k + 7) / factor_ + 3; };
+        const uint8_t* side = b >= 0 ? coarse.sides(b) : nullptr;
+        const std::vector<int> here = meeting(rivals, leaf);
         for (int x = 0; x < factor_; ++x)
             for (int y = 0; y < factor_; ++y)
                 for (int z = 0; z < factor_; ++z) {
                     const Coord origin(leaf[0] * factor_ + 8 * x, leaf[1] * factor_ + 8 * y, leaf[2] * factor_ + 8 * z);
-                    uint8_t near = 0;
-                    for (int u = first(x); u < end(x) && b >= 0; ++u)
-                        for (int v = first(y); v < end(y); ++v)
-                            for (int w = first(z); w < end(z); ++w)
-                                near = uint8_t(near | around[(u * kSide + v) * kSide + w]);
-                    if (b == Region::kInside || !(near & Outline::kNotIn))
+                    const uint8_t lies = side ? *side++ : uint8_t(Outline::kIn);
+                    if (lies == Outline::kIn)
                         region.fill(origin);
-                    else if (near & Outline::kNotOut)
-                        addBlock(i, rivals, origin, region);
+                    else if (lies == Outline::kSurface)
+                        addBlock(i, here, origin, region);
                 }
     });
+    followSurface(i, rivals, region);
     region.dropStrays();
     return region;
+}
+
+/// Adds the blocks into which the surface goes on, though the outline does not show them.
+void RegionBuilder::followSurface(int i, const std::vector<int>& rivals, Region& region) const {
+    constexpr int kStep[3] = {64, 8, 1};
+    float values[512];
+    for (int b = 0; b < int(region.size()); ++b) {
+        const std::array<int, 6> beside = region.beside(b);
+        if (std::all_of(beside.begin(), beside.end(), [](int n) { return n >= 0; })) continue;
+        region.values(b, 0, values);
+        for (int side = 0; side < 6; ++side) {
+            if (beside[size_t(side)] >= 0) continue;
+            const bool inside = beside[size_t(side)] == Region::kInside;
+            const int axis = side / 2, u = kStep[axis == 0 ? 1 : 0], w = kStep[axis == 2 ? 1 : 2];
+            const float* face = values + (side % 2 ? 7 * kStep[axis] : 0);
+            bool goesOn = false;
+            for (int j = 0; j < 8; ++j)
+                for (int k = 0; k < 8; ++k) goesOn |= (face[j * u + k * w] < 0) != inside;
+            Coord next = region.origin(b);
+            next[axis] += side % 2 ? 8 : -8;
+            if (!goesOn || !region.numbers().holds(next)) continue;
+            Coord coarse;
+            for (int k = 0; k < 3; ++k) coarse[k] = floorDivide(next[k], 8 * factor_) * 8;
+            addBlock(i, meeting(rivals, coarse), next, region);
+        }
+    }
 }
 
 }  // namespace pavel

@@ -1,6 +1,6 @@
 #pragma once
 // Who holds what after growth, at any resolution.
-#include "pavel/vdb/grown_field.h"
+#include "pavel/vdb/fine_shapes.h"
 #include "pavel/vdb/region.h"
 
 namespace pavel {
@@ -23,16 +23,18 @@ struct OwnField {
 /// each term divided by the length of its gradient. What lies in the placed shape of one alone is never the other's.
 class RegionBuilder {
   public:
-    /// The arguments must outlive the builder. `elements` and `fronts` (null where one does not grow) are coarse,
-    /// `base`, `placed` and `fine` (null where factor is 1) fine; a placed shape and its field need only be there while
-    /// a region is made that may meet them: rivalsOf.
-    RegionBuilder(const std::vector<WorkElement>& elements, const std::vector<WorkTree::Ptr>& placed,
-                  const openvdb::FloatTree* base, const std::vector<std::unique_ptr<Front>>& fronts, int factor,
-                  const std::vector<GrownField>* fine = nullptr);
+    /// On the fronts' own grid. The arguments must outlive the builder; fronts are null where an element does not grow.
+    /// What belongs to one element need only be there while a region is made that it may meet: rivalsOf.
+    RegionBuilder(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
+                  const std::vector<std::unique_ptr<Front>>& fronts)
+        : RegionBuilder(elements, base, fronts, 1, nullptr) {}
+    /// On a finer one: that of `base` and `fine`.
+    RegionBuilder(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
+                  const std::vector<std::unique_ptr<Front>>& fronts, int factor, const FineShapes* fine);
 
     /// The region of an element on the fronts' own grid. Needs factor 1.
     Region build(int i) const;
-    /// The same on the finer grid, around the surface of the coarse one.
+    /// The same on the finer grid, around the surface of the coarse one, and wherever it leads on from there.
     Region refine(int i, const Outline& coarse) const;
     /// The elements whose shapes or fronts may meet those of i, ascending, without i.
     std::vector<int> rivalsOf(int i) const;
@@ -45,14 +47,16 @@ class RegionBuilder {
     void clipBy(int i, int j, const Coord& origin, const OwnField& own, float* clip) const;
     bool evaluate(int i, const std::vector<int>& rivals, const Coord& origin, float* own, float* clip,
                   float* slope) const;
+    /// Those of the rivals that may have something in a block of the fronts' grid.
+    std::vector<int> meeting(const std::vector<int>& rivals, const Coord& coarseBlock) const;
     void addBlock(int i, const std::vector<int>& rivals, const Coord& origin, Region& region) const;
+    void followSurface(int i, const std::vector<int>& rivals, Region& region) const;
 
     const std::vector<WorkElement>& elements_;
-    const std::vector<WorkTree::Ptr>& placed_;
     const openvdb::FloatTree* base_;
     const std::vector<std::unique_ptr<Front>>& fronts_;
     int factor_;
-    const std::vector<GrownField>* fine_;
+    const FineShapes* fine_;
     std::vector<CoordBBox> reach_;
     ElementIndex index_;
     std::vector<std::vector<Coord>> blocks_;

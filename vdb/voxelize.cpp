@@ -160,9 +160,9 @@ PAVEL_WIDE void sampleSlab(const CanonicalField& f, const Vec3f& start, const Ve
     sample(f, p, within, out);
 }
 
-/// Eight samples tell of most blocks that the band does not come near them.
-PAVEL_WIDE bool mayHoldBand(const CanonicalField& f, const Vec3f& start, const Vec3f& dx, const Vec3f& dy,
-                            const Vec3f& dz, float scale) {
+/// Eight samples tell of most blocks that the band does not come near them: then the side is known.
+PAVEL_WIDE Placement::Side firstLook(const CanonicalField& f, const Vec3f& start, const Vec3f& dx, const Vec3f& dy,
+                                     const Vec3f& dz, float scale) {
     Places<8> p;
     for (int part = 0; part < 8; ++part) {
         const Vec3f at =
@@ -171,7 +171,9 @@ PAVEL_WIDE bool mayHoldBand(const CanonicalField& f, const Vec3f& start, const V
     }
     float d[8];
     sample(f, p, false, d);
-    return std::any_of(d, d + 8, [&](float v) { return std::abs(v * scale) < float(kBand + kPartRadius); });
+    if (std::any_of(d, d + 8, [&](float v) { return std::abs(v * scale) < float(kBand + kPartRadius); }))
+        return Placement::kNear;
+    return d[0] < 0 ? Placement::kInside : Placement::kOutside;
 }
 
 /// To voxels, within the band. Does any value lie inside it?
@@ -236,27 +238,33 @@ double placedDistance(const CanonicalField& f, const Frame& indexFromElement, co
     return (alongY(0) + (alongY(81) - alongY(0)) * t[0]) * f.voxelSize * indexFromElement.scale;
 }
 
+Placement::Placement(const CanonicalField& field, const Frame& indexFromElement)
+    : field_(field), frame_(indexFromElement), scale_(float(field.voxelSize * indexFromElement.scale)) {
+    // canonical = origin + step * (i, j, k): the inverse placement is linear
+    const double inv = 1 / (field.voxelSize * frame_.scale);
+    const auto step = [&](size_t k) { return Vec3(frame_.x[k], frame_.y[k], frame_.z[k]) * inv; };
+    dx_ = step(0), dy_ = step(1), dz_ = step(2);
+}
+
+Placement::Side Placement::sample(const Coord& origin, float* values) const {
+    const Vec3 start = frame_.applyInverse(centreOf(origin)) / field_.voxelSize - centreOf(field_.lower);
+    const Vec3f dy = toFloat(dy_), dz = toFloat(dz_);
+    const Side side = firstLook(field_, toFloat(start), toFloat(dx_), dy, dz, scale_);
+    if (side != kNear) return side;
+    for (int i = 0; i < 8; ++i) sampleSlab(field_, toFloat(start + double(i) * dx_), dy, dz, values + 64 * i);
+    return scaledToBand(scale_, values) ? kNear : values[0] < 0 ? kInside : kOutside;
+}
+
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement) {
-    const double toIndex = field.voxelSize * indexFromElement.scale;  // canonical voxels -> voxels
     std::vector<Vec3> centres;
     for (const Coord& origin : field.origins)
         centres.push_back(indexFromElement.apply((centreOf(origin) + Vec3(4, 4, 4)) * field.voxelSize));
 
     auto tree = std::make_shared<WorkTree>(kBand);
-    // canonical = origin + step * (i, j, k): the inverse placement is linear
-    const double inv = 1 / toIndex;
-    const auto step = [&](size_t k) {
-        return Vec3(indexFromElement.x[k], indexFromElement.y[k], indexFromElement.z[k]) * inv;
-    };
-    const Vec3 dx = step(0);
-    const Vec3f dy = toFloat(step(1)), dz = toFloat(step(2));
-    const float scale = float(toIndex);
+    const Placement placement(field, indexFromElement);
     float values[WorkLeaf::SIZE];
-    for (const Coord& origin : blocksAround(centres, 4 * std::sqrt(3.0) * toIndex)) {
-        const Vec3 start = indexFromElement.applyInverse(centreOf(origin)) / field.voxelSize - centreOf(field.lower);
-        if (!mayHoldBand(field, toFloat(start), toFloat(dx), dy, dz, scale)) continue;
-        for (int i = 0; i < 8; ++i) sampleSlab(field, toFloat(start + double(i) * dx), dy, dz, values + 64 * i);
-        if (!scaledToBand(scale, values)) continue;
+    for (const Coord& origin : blocksAround(centres, 4 * std::sqrt(3.0) * field.voxelSize * indexFromElement.scale)) {
+        if (placement.sample(origin, values) != Placement::kNear) continue;
         WorkLeaf* leaf = tree->touchLeaf(origin);
         std::copy(values, values + WorkLeaf::SIZE, leaf->buffer().data());
         leaf->setValuesOn();

@@ -29,7 +29,23 @@ CanonicalField makeCanonicalField(const TriangleMesh& mesh, double voxelSize, do
 /// Distance in voxels of a placement at a point in index space, cut where the field's band ends.
 double placedDistance(const CanonicalField& field, const Frame& indexFromElement, const Vec3& p);
 
-/// Level set of one placement, half width kBand. indexFromElement carries the placement's scale / h.
+/// A field under one placement; indexFromElement carries the placement's scale / h.
+class Placement {
+  public:
+    enum Side { kOutside, kInside, kNear };
+    /// The field must outlive it.
+    Placement(const CanonicalField& field, const Frame& indexFromElement);
+    /// Distances of a leaf's voxels in half width kBand, or the side on which all of it lies.
+    Side sample(const Coord& origin, float* values) const;
+
+  private:
+    const CanonicalField& field_;
+    Frame frame_;
+    Vec3 dx_, dy_, dz_;  // a voxel's way along each axis, in canonical voxels
+    float scale_;        // canonical voxels -> voxels
+};
+
+/// Level set of one placement, as Placement tells it.
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement);
 
 /// Half width of the base's band in work, where no gap is left: only its surface matters.

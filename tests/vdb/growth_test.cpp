@@ -52,9 +52,8 @@ Pair grownPair(double distance, Material material) {
     p.growth = std::make_unique<Growth>(p.elements, nullptr, std::vector<Material>{material});
     RunContext context;
     p.growth->march(context);
-    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, false, context);
-    const std::vector<WorkTree::Ptr> placed = placedOf(p.elements);
-    const RegionBuilder builder(p.elements, placed, nullptr, p.growth->fronts(), 1);
+    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, 1, context);
+    const RegionBuilder builder(p.elements, nullptr, p.growth->fronts());
     for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)));
     return p;
 }
@@ -154,10 +153,9 @@ TEST(Growth, WindowsDoNotChangeWhoGetsWhat) {
         growth.march(context, window);
         std::vector<double> targets;
         for (const WorkElement& e : elements) targets.push_back(e.targetVolume);
-        growth.solveStopTimes(targets, 0.02, false, context);
+        growth.solveStopTimes(targets, 0.02, 1, context);
         grownVoxels = double(growth.grownVoxels());
-        const std::vector<WorkTree::Ptr> placed = placedOf(elements);
-        const RegionBuilder builder(elements, placed, nullptr, growth.fronts(), 1);
+        const RegionBuilder builder(elements, nullptr, growth.fronts());
         packed.emplace_back();
         for (size_t i = 0; i < elements.size(); ++i) packed.back().push_back(redistanced(builder.build(int(i))));
     }

@@ -1,0 +1,120 @@
+#include "pavel/vdb/fine_shape.h"
+
+#include <algorithm>
+
+namespace pavel {
+namespace {
+
+const FineBlock& uniform(float value) {
+    const auto filled = [](float v) {
+        auto* block = new FineBlock;
+        std::fill(block->phi, block->phi + 512, v);
+        return block;
+    };
+    static const std::unique_ptr<const FineBlock> in(filled(-kBand)), out(filled(kBand));
+    return value < 0 ? *in : *out;
+}
+
+}  // namespace
+
+CoordBBox reachOf(const WorkElement& element, const Front* front, int factor) {
+    CoordBBox box = element.box;
+    if (front)
+        for (const GrowthBlock& b : front->blocks) box.expand(b.origin), box.expand(b.origin.offsetBy(7));
+    if (box.empty()) return box;
+    const Coord lo = box.min(), hi = box.max().offsetBy(1);
+    return CoordBBox(lo[0] * factor, lo[1] * factor, lo[2] * factor, hi[0] * factor - 1, hi[1] * factor - 1,
+                     hi[2] * factor - 1);
+}
+
+FineShape::FineShape(const WorkElement& coarse, const Front* front, const CanonicalField& field,
+                     const Frame& indexFromElement, int factor)
+    : coarse_(coarse),
+      placement_(field, indexFromElement),
+      grown_(front ? std::make_unique<GrownField>(*front, factor) : nullptr),
+      factor_(factor) {
+    for (const MaskedBlock& m : coarse.strays)
+        for (size_t row = 0; row < 64; ++row) strays_[m.origin][row] |= m.mask[row];
+    const CoordBBox box = reachOf(coarse, front, factor);
+    lower_ = leafOrigin(box.min());
+    size_t count = 1;
+    for (int k = 0; k < 3; ++k) {
+        count_[k] = box.empty() ? 0 : (box.max()[k] - lower_[k]) / 8 + 1;
+        count *= size_t(count_[k]);
+    }
+    blocks_ = std::make_unique<std::atomic<const FineBlock*>[]>(count);
+}
+
+FineShape::~FineShape() {
+    const size_t count = size_t(count_[0]) * size_t(count_[1]) * size_t(count_[2]);
+    for (size_t i = 0; i < count; ++i) {
+        const FineBlock* block = blocks_[i].load(std::memory_order_relaxed);
+        if (block != &uniform(-1) && block != &uniform(1)) delete block;
+    }
+}
+
+const FineBlock& FineShape::nothing() {
+    return uniform(1);
+}
+
+const FineBlock& FineShape::at(const Coord& origin) const {
+    size_t i = 0;
+    for (int k = 0; k < 3; ++k) {
+        const int c = (origin[k] - lower_[k]) >> 3;
+        if (c < 0 || c >= count_[k]) return nothing();
+        i = i * size_t(count_[k]) + size_t(c);
+    }
+    std::atomic<const FineBlock*>& slot = blocks_[i];
+    const FineBlock* known = slot.load(std::memory_order_acquire);
+    if (known) return *known;
+    const FineBlock* made = make(origin);
+    if (slot.compare_exchange_strong(known, made, std::memory_order_acq_rel)) return *made;
+    // Another thread was here first, with the same.
+    if (made != &uniform(-1) && made != &uniform(1)) delete made;
+    return *known;
+}
+
+const FineBlock* FineShape::make(const Coord& origin) const {
+    auto block = std::make_unique<FineBlock>();
+    Placement::Side side = placement_.sample(origin, block->phi);
+    if (side != Placement::kNear) std::fill(block->phi, block->phi + 512, side == Placement::kInside ? -kBand : kBand);
+    if (eraseStrays(origin, block->phi)) side = Placement::kNear;
+    // Times run backwards all through the inside, but nobody else can come there.
+    if (side == Placement::kInside) return &uniform(-1);
+    if (grown_) {
+        auto grown = std::make_unique<GrownBlock>();
+        if (grown_->read(origin, block->phi, *grown)) block->grown = std::move(grown);
+    }
+    if (!block->grown && side == Placement::kOutside) return &uniform(1);
+    return block.release();
+}
+
+/// Turns the voxels outside that the trim cut off: those with a stray node around them and none of the main body.
+bool FineShape::eraseStrays(const Coord& origin, float* phi) const {
+    if (strays_.empty()) return false;
+    const auto isStray = [&](const Coord& c) {
+        const auto found = strays_.find(leafOrigin(c));
+        return found != strays_.end() && testMask(found->second, int(WorkLeaf::coordToOffset(c)));
+    };
+    bool any = false;
+    for (int v = 0; v < 512; ++v) {
+        if (phi[v] >= kBand) continue;
+        const Coord c = origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+        bool near = false, main = false;
+        for (int corner = 0; corner < 8; ++corner) {
+            Coord node;
+            for (int k = 0; k < 3; ++k) {
+                const int down = floorDivide(c[k], factor_);
+                node[k] = down + (corner >> k & 1 && down * factor_ != c[k]);
+            }
+            near |= isStray(node);
+            main |= coarse_.body->isValueOn(node);
+        }
+        if (!near || main) continue;
+        phi[v] = std::max(0.5f, std::abs(phi[v]));
+        any = true;
+    }
+    return any;
+}
+
+}  // namespace pavel
