@@ -288,6 +288,21 @@ PAVEL_WIDE void wedgeTimes(const Wedge& wedge, float least, NearRim& q) {
     }
 }
 
+/// Voxels outside the placed surface, nearer to it than a distance, where the front comes within the band.
+PAVEL_WIDE void besideRim(const float* distance, const GrownBlock& grown, float near, BlockMask& out) {
+    for (int row = 0; row < 64; ++row) {
+        unsigned bits = 0;
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z) {
+            const int v = 8 * row + z;
+            bits |= unsigned((distance[v] > 0) & (distance[v] < near) & (grown.scale[v] > 0) &
+                             (std::abs(grown.way[v]) <= 2 * kBand))
+                    << z;
+        }
+        out[size_t(row)] = uint8_t(bits);
+    }
+}
+
 /// Interpolation knows nothing of a field that turns around the rim like the hand of a clock.
 void mendNearRim(const Front& front, const Coord& origin, int factor, const float* distance, GrownBlock& out) {
     // Coarse voxels from the rim: nothing of the wedge; nothing but it.
@@ -298,14 +313,15 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
                                     3.5 * std::sqrt(3.0) * double(toCoarse), double(none));
     if (rims.empty()) return;
     NearRim q;
+    BlockMask asked;
+    besideRim(distance, out, none * float(factor), asked);
     for (int v = 0; v < 512; ++v) {
-        const float phi = distance[v] * toCoarse;
-        if (!((phi > 0) & (phi < none) & (out.scale[v] > 0) & (std::abs(out.way[v]) <= 2 * kBand))) continue;
+        if (!testMask(asked, v)) continue;
         const Coord c = origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
         const Vec3f p{float(c[0]) * toCoarse, float(c[1]) * toCoarse, float(c[2]) * toCoarse};
         if (rims.toBox2(p) >= none * none) continue;
         q.x[q.count] = p[0], q.y[q.count] = p[1], q.z[q.count] = p[2];
-        q.voxel[q.count] = v, q.phi[q.count++] = phi;
+        q.voxel[q.count] = v, q.phi[q.count++] = distance[v] * toCoarse;
     }
     if (q.count == 0) return;
     rims.nearest(q);

@@ -151,6 +151,22 @@ void dropFar(openvdb::FloatTree& base, const RegionBuilder& elements) {
     for (const auto& [origin, value] : far) base.addTile(1, origin, value, false);
 }
 
+PAVEL_WIDE int surfaceVoxels(const float* values) {
+    int count = 0;
+    for (int v = 0; v < 512; ++v) count += std::abs(values[v]) < 0.5f;
+    return count;
+}
+
+/// Adds to a leaf's values within the band, and keeps them there.
+PAVEL_WIDE void shiftBand(float* values, float by, float band) {
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float value = values[v], moved = value + by, above = moved > -band ? moved : -band,
+                    kept = above < band ? above : band;
+        values[v] = std::abs(value) < band ? kept : value;
+    }
+}
+
 /// Moves a surface by hundredths of a voxel until its volume is the target, or no more than it where `growing` is
 /// false: what re-distancing changed. Returns the volume.
 double settleVolume(WorkTree& tree, double target, bool growing) {
@@ -158,19 +174,14 @@ double settleVolume(WorkTree& tree, double target, bool growing) {
     double volume = measureInside(tree).volume, total = 0;
     for (int step = 0; step < 3 && std::abs(volume - target) > target * kClose; ++step) {
         if (volume < target && !growing) break;
-        double area = 0;
-        for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
-            for (int v = 0; v < 512; ++v) area += std::abs(leaf->buffer().data()[v]) < 0.5f;
-        double by = (volume - target) / std::max(area, 1.0);
+        int area = 0;
+        for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) area += surfaceVoxels(leaf->buffer().data());
+        double by = (volume - target) / std::max(area, 1);
         if (volume < target) by = std::max(by, -kMost - total);
         by = std::min(by, 0.5);
         total += by;
         const float band = tree.background();
-        for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
-            float* values = leaf->buffer().data();
-            for (auto it = leaf->beginValueOn(); it; ++it)
-                values[it.pos()] = std::clamp(values[it.pos()] + float(by), -band, band);
-        }
+        for (auto leaf = tree.beginLeaf(); leaf; ++leaf) shiftBand(leaf->buffer().data(), float(by), band);
         volume = measureInside(tree).volume;
     }
     return volume;

@@ -142,38 +142,37 @@ template <int kCount>
     }
 }
 
-/// Samples at 8 x 8 places start + y dy + z dz.
-PAVEL_WIDE void sampleSlab(const CanonicalField& f, const Vec3f& start, const Vec3f& dy, const Vec3f& dz, float* out) {
+/// Samples at 4^3 places start + x dx + y dy + z dz, into a corner of a leaf.
+PAVEL_WIDE void samplePart(const CanonicalField& f, const Vec3f& start, const Vec3f& dx, const Vec3f& dy,
+                           const Vec3f& dz, float* corner) {
     Places<64> p;
-    for (int y = 0, n = 0; y < 8; ++y) {
-        const Vec3f row = start + dy * float(y);
-        const float x0 = row[0], y0 = row[1], z0 = row[2];
+    for (int row = 0, n = 0; row < 16; ++row) {
+        const Vec3f at = start + dx * float(row >> 2) + dy * float(row & 3);
+        const float x0 = at[0], y0 = at[1], z0 = at[2];
         PAVEL_ROLLED
-        for (int z = 0; z < 8; ++z, ++n)
+        for (int z = 0; z < 4; ++z, ++n)
             p.x[n] = x0 + float(z) * dz[0], p.y[n] = y0 + float(z) * dz[1], p.z[n] = z0 + float(z) * dz[2];
     }
     bool within = true;
-    for (int corner : {0, 7, 56, 63}) {
-        const float at[3] = {p.x[corner], p.y[corner], p.z[corner]};
+    for (int end : {0, 3, 12, 15, 48, 51, 60, 63}) {
+        const float at[3] = {p.x[end], p.y[end], p.z[end]};
         for (int k = 0; k < 3; ++k) within &= at[k] >= 0 && at[k] < 8.f * float(f.count[k]);
     }
-    sample(f, p, within, out);
+    float d[64];
+    sample(f, p, within, d);
+    for (int row = 0; row < 16; ++row) std::copy_n(d + 4 * row, 4, corner + 64 * (row >> 2) + 8 * (row & 3));
 }
 
-/// Eight samples tell of most blocks that the band does not come near them: then the side is known.
-PAVEL_WIDE Placement::Side firstLook(const CanonicalField& f, const Vec3f& start, const Vec3f& dx, const Vec3f& dy,
-                                     const Vec3f& dz, float scale) {
+/// Distances at the middles of a leaf's eight corners of 4^3 voxels, in canonical voxels.
+PAVEL_WIDE void sampleMiddles(const CanonicalField& f, const Vec3f& start, const Vec3f& dx, const Vec3f& dy,
+                              const Vec3f& dz, float* d) {
     Places<8> p;
     for (int part = 0; part < 8; ++part) {
         const Vec3f at =
             start + dx * (part & 4 ? 5.5f : 1.5f) + dy * (part & 2 ? 5.5f : 1.5f) + dz * (part & 1 ? 5.5f : 1.5f);
         p.x[part] = at[0], p.y[part] = at[1], p.z[part] = at[2];
     }
-    float d[8];
     sample(f, p, false, d);
-    if (std::any_of(d, d + 8, [&](float v) { return std::abs(v * scale) < float(kBand + kPartRadius); }))
-        return Placement::kNear;
-    return d[0] < 0 ? Placement::kInside : Placement::kOutside;
 }
 
 /// To voxels, within the band. Does any value lie inside it?
@@ -243,15 +242,24 @@ Placement::Placement(const CanonicalField& field, const Frame& indexFromElement)
     // canonical = origin + step * (i, j, k): the inverse placement is linear
     const double inv = 1 / (field.voxelSize * frame_.scale);
     const auto step = [&](size_t k) { return Vec3(frame_.x[k], frame_.y[k], frame_.z[k]) * inv; };
-    dx_ = step(0), dy_ = step(1), dz_ = step(2);
+    dx_ = toFloat(step(0)), dy_ = toFloat(step(1)), dz_ = toFloat(step(2));
 }
 
 Placement::Side Placement::sample(const Coord& origin, float* values) const {
-    const Vec3 start = frame_.applyInverse(centreOf(origin)) / field_.voxelSize - centreOf(field_.lower);
-    const Vec3f dy = toFloat(dy_), dz = toFloat(dz_);
-    const Side side = firstLook(field_, toFloat(start), toFloat(dx_), dy, dz, scale_);
-    if (side != kNear) return side;
-    for (int i = 0; i < 8; ++i) sampleSlab(field_, toFloat(start + double(i) * dx_), dy, dz, values + 64 * i);
+    const Vec3f start = toFloat(frame_.applyInverse(centreOf(origin)) / field_.voxelSize - centreOf(field_.lower));
+    float middles[8];
+    sampleMiddles(field_, start, dx_, dy_, dz_, middles);
+    // One value tells of most corners that the band does not come near them.
+    const auto isFar = [&](float d) { return std::abs(d * scale_) >= float(kBand + kPartRadius); };
+    if (std::all_of(middles, middles + 8, isFar)) return middles[0] < 0 ? kInside : kOutside;
+    for (int part = 0; part < 8; ++part) {
+        const int x = part & 4, y = part << 1 & 4, z = part << 2 & 4;
+        float* corner = values + x * 64 + y * 8 + z;
+        if (isFar(middles[part]))
+            for (int row = 0; row < 16; ++row) std::fill_n(corner + 64 * (row >> 2) + 8 * (row & 3), 4, middles[part]);
+        else
+            samplePart(field_, start + dx_ * float(x) + dy_ * float(y) + dz_ * float(z), dx_, dy_, dz_, corner);
+    }
     return scaledToBand(scale_, values) ? kNear : values[0] < 0 ? kInside : kOutside;
 }
 

@@ -41,8 +41,8 @@ class Placement {
   private:
     const CanonicalField& field_;
     Frame frame_;
-    Vec3 dx_, dy_, dz_;  // a voxel's way along each axis, in canonical voxels
-    float scale_;        // canonical voxels -> voxels
+    Vec3f dx_, dy_, dz_;  // a voxel's way along each axis, in canonical voxels
+    float scale_;         // canonical voxels -> voxels
 };
 
 /// Level set of one placement, as Placement tells it.
