@@ -209,7 +209,8 @@ class Window {
 
     /// Offers the foot points of the last layer to the face neighbours.
     void spread() {
-        next_.clear();
+        next_.resize(6 * layer_.size());
+        int* next = next_.data();
         const bool oneLimit = limit_[0] == limit_[1];
         for (const int i : layer_) {
             const int foot = voxels_[size_t(i)].foot & ~kQueued;
@@ -219,33 +220,41 @@ class Window {
             const Vec3f e = own.origin + Vec3f(float(x), float(y), float(z)) - feet_[size_t(foot)].point;
             const float ex = e[0], ey = e[1], ez = e[2];
             const float xx = ex * ex, yy = ey * ey, zz = ez * ez;
-            const auto offer = [&](float d2, bool within, int voxel, int beside) __attribute__((always_inline)) {
-                int n = (i & ~511) | voxel;
-                if (!within) {
-                    const int slot = slotAt(beside);
-                    if (slot < 0) return;
-                    n = slot * 512 + voxel;
-                }
-                Voxel& at = voxels_[size_t(n)];
-                if (d2 >= at.distance2) return;
-                const bool waits = at.foot >= kQueued;
-                at = {d2, foot | kQueued};
-                if (!waits) next_.push_back(n);
-            };
             const float limit = oneLimit ? limit_[0] : limit_[source_[size_t(b)].inside(v)];
+            float d2[6];
+            int at[6];
+            unsigned better = 0;
             // Voxels between this one and its foot have nearer ones of their own.
-            const auto step = [&](float along, float aside2, int k, int place, int stride)
+            const auto look = [&](int side, float along, float aside2, int place, int stride)
                 __attribute__((always_inline)) {
-                const float down = (along - 1) * (along - 1) + aside2, up = (along + 1) * (along + 1) + aside2;
-                if (along <= kBetween && down < limit)
-                    offer(down, place > 0, place > 0 ? v - stride : v + 7 * stride, b - step_[k]);
-                if (along >= -kBetween && up < limit)
-                    offer(up, place < 7, place < 7 ? v + stride : v - 7 * stride, b + step_[k]);
+                const bool up = side & 1;
+                const float away = up ? along + 1 : along - 1;
+                const bool asked = up ? along >= -kBetween : along <= kBetween;
+                d2[side] = away * away + aside2;
+                at[side] = up ? i + stride : i - stride;
+                if (up ? place < 7 : place > 0) {
+                    better |= unsigned(asked & (d2[side] < limit) & (d2[side] < voxels_[size_t(at[side])].distance2))
+                              << side;
+                    return;
+                }
+                if (!asked || d2[side] >= limit) return;
+                const int slot = slotAt(up ? b + step_[side / 2] : b - step_[side / 2]);
+                if (slot < 0) return;
+                at[side] = slot * 512 + (up ? v - 7 * stride : v + 7 * stride);
+                better |= unsigned(d2[side] < voxels_[size_t(at[side])].distance2) << side;
             };
-            step(ex, yy + zz, 0, x, 64);
-            step(ey, xx + zz, 1, y, 8);
-            step(ez, xx + yy, 2, z, 1);
+            look(0, ex, yy + zz, x, 64), look(1, ex, yy + zz, x, 64);
+            look(2, ey, xx + zz, y, 8), look(3, ey, xx + zz, y, 8);
+            look(4, ez, xx + yy, z, 1), look(5, ez, xx + yy, z, 1);
+            for (; better; better &= better - 1) {
+                const int side = __builtin_ctz(better);
+                Voxel& taker = voxels_[size_t(at[side])];
+                *next = at[side];
+                next += taker.foot < kQueued;
+                taker = {d2[side], foot | kQueued};
+            }
         }
+        next_.resize(size_t(next - next_.data()));
         layer_.swap(next_);
     }
 
