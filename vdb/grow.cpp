@@ -16,8 +16,8 @@ constexpr double kStuckShare = 0.01;
 }  // namespace
 
 Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
-               const std::vector<Material>& materials)
-    : elements_(elements), base_(base), claims_(elements, base), fronts_(elements.size()) {
+               const std::vector<Material>& materials, double beyond)
+    : elements_(elements), base_(base), beyond_(beyond), claims_(elements, base), fronts_(elements.size()) {
     double most = 0;
     for (const WorkElement& e : elements)
         if (e.bodyVoxels && !std::isinf(e.stiffness)) most = std::max(most, e.lost() / e.placedVolume);
@@ -97,8 +97,7 @@ void Growth::march(const RunContext& context, double roundVoxels) {
                 next.push_back(f);
             }
         }
-        // Three voxels past its end each front still needs times on the far side of its contour.
-        each(ended, [&](Front& f) { f.march(f.stopTime + 3 / f.weight, stopTimes, false); });
+        each(ended, [&](Front& f) { f.march(f.stopTime + beyond_ / f.weight, stopTimes, false); });
         active = std::move(next);
     }
 }
@@ -170,14 +169,14 @@ std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, 
             moved[size_t(i)] = std::abs(s.later) > still * s.reach;
             goesOn[size_t(i)] = moved[size_t(i)];
         }
-        // Times must be known for three voxels past the stop. A front may have run dry by its neighbours' late moves.
+        // A front may have run dry by its neighbours' late moves.
         each(open, [&](int i) {
             Front& f = *fronts_[size_t(i)];
             const StopShift& s = shifts[size_t(i)];
             const bool dry =
                 s.missing > kClose * targets[size_t(i)] && !f.exhausted && f.frontSpeed() < kStuckShare * f.weight;
             if (round > 0 && dry) f.exhausted = true;
-            f.march(f.stopTime + 3 * (s.reach > 0 ? s.reach : 1 / f.weight), stopTimes, false);
+            f.march(f.stopTime + beyond_ * (s.reach > 0 ? s.reach : 1 / f.weight), stopTimes, false);
             f.finish();
         });
         open.clear();

@@ -21,7 +21,7 @@ int BlockNumbers::index(const Coord& origin) const {
 
 int Region::add(const Coord& origin, const float* own, const float* clip, const float* slope) {
     const int number = int(origins_.size());
-    if (at(origin) == kInside) filled_ -= 512;
+    clear(origin);
     numbers_.set(origin, number);
     origins_.push_back(origin);
     own_.insert(own_.end(), own, own + 512);
@@ -36,8 +36,15 @@ void Region::reserve(size_t blocks) {
 }
 
 void Region::fill(const Coord& origin) {
+    clear(origin);
     numbers_.set(origin, kInside);
     filled_ += 512;
+}
+
+void Region::clear(const Coord& origin) {
+    if (at(origin) != kInside) return;
+    numbers_.set(origin, kOutside);
+    filled_ -= 512;
 }
 
 void Region::values(int block, double later, float* out) const {
@@ -181,8 +188,7 @@ void Region::dropStrays() {
     for (const MaskedBlock& m : straysOf(blocks)) {
         const int b = at(m.origin);
         if (b == kInside) {  // a filled block that nothing touches
-            numbers_.set(m.origin, kOutside);
-            filled_ -= 512;
+            clear(m.origin);
             continue;
         }
         for (int v = 0; v < 512; ++v) {

@@ -48,8 +48,9 @@ class Region {
     /// Adds a block, or puts it in the place of a filled one. Returns its number.
     int add(const Coord& origin, const float* own, const float* clip, const float* slope);
     void reserve(size_t blocks);
-    /// A block without surface that is filled.
+    /// A block without surface that is filled, or one that is empty, in the place of what was told before.
     void fill(const Coord& origin);
+    void clear(const Coord& origin);
     /// As BlockNumbers.
     int at(const Coord& origin) const { return numbers_.at(origin); }
     const BlockNumbers& numbers() const { return numbers_; }

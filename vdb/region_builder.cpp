@@ -218,10 +218,11 @@ std::vector<int> RegionBuilder::meeting(const std::vector<int>& rivals, const Co
 
 void RegionBuilder::addBlock(int i, const std::vector<int>& rivals, const Coord& origin, Region& region) const {
     float own[512], clip[512], slope[512];
-    if (!evaluate(i, rivals, origin, own, clip, slope)) return;
+    if (!evaluate(i, rivals, origin, own, clip, slope)) return region.clear(origin);
     const auto [least, most] = clipped(own, clip);
-    if (least >= kNear) return;
-    if (most <= -kNear)
+    if (least >= kNear)
+        region.clear(origin);
+    else if (most <= -kNear)
         region.fill(origin);
     else
         region.add(origin, own, clip, slope);
