@@ -11,29 +11,20 @@ constexpr float kNever = GrowthBlock::kNever;
 constexpr double kTrusted = 1;  // voxels from the rim within which a distance tells no angle
 
 /// The voxels of a leaf that are not in the body, but beside it.
-WorkLeaf::NodeMaskType besideBody(const BodyTree& body, const BodyTree::LeafNodeType& leaf) {
-    // A word is a slab of a leaf: bit y * 8 + z.
-    constexpr uint64_t kFirstZ = 0x0101010101010101, kLastZ = 0x8080808080808080;
-    const auto slab = [](const WorkLeaf::NodeMaskType& m, int x) { return m.getWord<uint64_t>(openvdb::Index(x)); };
-    WorkLeaf::NodeMaskType sides[6];
+VoxelMask besideBody(const BodyTree& body, const BodyTree::LeafNodeType& leaf) {
+    VoxelMask all;
+    all.setOn();
+    const VoxelMask* sides[6] = {};
     for (int side = 0; side < 6; ++side) {
         Coord c = leaf.origin();
         c[side / 2] += side % 2 ? 8 : -8;
         if (const auto* other = body.probeConstLeaf(c))
-            sides[side] = other->getValueMask();
+            sides[side] = &other->getValueMask();
         else if (body.getValue(c))
-            sides[side].setOn();
+            sides[side] = &all;
     }
-    const WorkLeaf::NodeMaskType& in = leaf.getValueMask();
-    WorkLeaf::NodeMaskType beside;
-    for (int x = 0; x < 8; ++x) {
-        const uint64_t own = slab(in, x);
-        const uint64_t around =
-            (x > 0 ? slab(in, x - 1) : slab(sides[0], 7)) | (x < 7 ? slab(in, x + 1) : slab(sides[1], 0)) |  //
-            own << 8 | slab(sides[2], x) >> 56 | own >> 8 | slab(sides[3], x) << 56 | (own << 1 & ~kFirstZ) |
-            (slab(sides[4], x) >> 7 & kFirstZ) | (own >> 1 & ~kLastZ) | (slab(sides[5], x) << 7 & kLastZ);
-        beside.getWord<uint64_t>(openvdb::Index(x)) = around & ~own;
-    }
+    VoxelMask beside = besideMask(leaf.getValueMask(), sides);
+    beside -= leaf.getValueMask();
     return beside;
 }
 
@@ -151,7 +142,7 @@ void Front::start() {
     // The body has a leaf wherever the placed shape has one, even where none of its voxels lie in it.
     for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
         const ClaimBlock* claims = nullptr;
-        const WorkLeaf::NodeMaskType beside = besideBody(*element.body, *leaf);
+        const VoxelMask beside = besideBody(*element.body, *leaf);
         for (auto at = beside.beginOn(); at; ++at) {
             const int v = int(at.pos());
             if (!claims) claims = claims_.block(leaf->origin());

@@ -8,6 +8,7 @@
 
 #include "pavel/vdb/claims.h"
 #include "pavel/vdb/contact.h"
+#include "pavel/vdb/voxel_mask.h"
 
 namespace pavel {
 
@@ -34,7 +35,7 @@ struct GrowthBlock {
     float placedAt(int v) const { return placed ? placed[v] : placedTile; }
     GrowthBlock* next[6] = {};  ///< -x +x -y +y -z +z, null until made
     int number = 0;
-    WorkLeaf::NodeMaskType body;
+    VoxelMask body;
     GrowthCell* cells[8] = {};  ///< null until the front touches one
 
     static int cellOf(int v) { return (v >> 8 & 1) << 2 | (v >> 5 & 1) << 1 | (v >> 2 & 1); }

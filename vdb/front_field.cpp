@@ -79,43 +79,41 @@ double Front::innerScale(GrowthBlock& block, int v) const {
 void Front::finish() {
     if (!changed_) return;
     changed_ = false;
+    std::vector<VoxelMask> timed(blocks.size());
     for (GrowthBlock& block : blocks)
         block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
-            if (block.untouched(v) == kBody) cell.state[i] = kBody, cell.time[i] = kNever, cell.contact[i] = -1;
+            if (block.untouched(v) == kBody)
+                cell.state[i] = kBody, cell.time[i] = kNever, cell.contact[i] = -1;
+            else if (cell.time[i] < kNever)
+                timed[size_t(block.number)].setOn(openvdb::Index(v));
         });
-    constexpr float kListed = -2;  // instead of a contact distance, which the body has none of yet
-    std::vector<std::pair<GrowthBlock*, int>> layer, first;
-    const auto listBeside = [&](GrowthBlock& block, int v) {
-        for (int side = 0; side < 6; ++side) {
-            int n;
-            GrowthBlock* other = step(&block, v, side, n);
-            if (!other || other->state(n) != kBody) continue;
-            float& contact = touch(*other, n).contact[GrowthBlock::inCell(n)];
-            if (contact == kListed) continue;
-            contact = kListed;
-            layer.emplace_back(other, n);
+    // Layer by layer: the voxels of the body beside those that have times.
+    for (int layer = 0; layer < 2; ++layer) {
+        struct Inner {
+            GrowthBlock* block;
+            int v;
+            float scale;
+        };
+        std::vector<Inner> inner;
+        for (GrowthBlock& block : blocks) {
+            const VoxelMask* sides[6];
+            for (int side = 0; side < 6; ++side)
+                sides[side] = block.next[side] ? &timed[size_t(block.next[side]->number)] : nullptr;
+            VoxelMask beside = besideMask(timed[size_t(block.number)], sides);
+            beside &= block.body;
+            beside -= timed[size_t(block.number)];
+            for (auto at = beside.beginOn(); at; ++at)
+                inner.push_back({&block, int(at.pos()), float(innerScale(block, int(at.pos())))});
         }
-    };
-    const auto giveTimes = [&] {
-        std::vector<float> scales;
-        for (const auto& [block, v] : layer) scales.push_back(float(innerScale(*block, v)));
-        for (size_t k = 0; k < layer.size(); ++k) {
-            const auto [block, v] = layer[k];
-            GrowthCell& cell = touch(*block, v);
-            const int i = GrowthBlock::inCell(v);
+        for (const Inner& at : inner) {
+            GrowthCell& cell = touch(*at.block, at.v);
+            const int i = GrowthBlock::inCell(at.v);
             cell.state[i] = kInner;
-            cell.contact[i] = scales[k];
-            cell.time[i] = std::min(-1e-6f, block->placedAt(v) / scales[k]);
+            cell.contact[i] = at.scale;
+            cell.time[i] = std::min(-1e-6f, at.block->placedAt(at.v) / at.scale);
+            timed[size_t(at.block->number)].setOn(openvdb::Index(at.v));
         }
-    };
-    for (GrowthBlock& block : blocks)
-        block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
-            if (cell.state[i] != kFar && cell.state[i] != kBody && cell.time[i] < kNever) listBeside(block, v);
-        });
-    giveTimes();
-    first.swap(layer);
-    for (const auto& [block, v] : first) listBeside(*block, v);
-    giveTimes();
+    }
 }
 
 void Front::lookBeyond() {
