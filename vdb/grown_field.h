@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "pavel/vdb/front.h"
+#include "pavel/vdb/front_nodes.h"
 
 namespace pavel {
 
@@ -13,16 +13,12 @@ struct GrownBlock {
     float scale[512];  ///< voxels per unit of time; 0 where the front does not go and `way` means nothing
 };
 
-struct FineSpan;
-struct FrontNodes;
-
 /// A stopped front on a grid `factor` times (2 to 8) finer. Arrival times are smooth away from the rims, so they are
 /// interpolated; near the rims they are found anew (Front::wedgeArrival).
 class GrownField {
   public:
     /// The front must outlive it unchanged.
     GrownField(const Front& front, int factor);
-    ~GrownField();
     /// The front in a leaf of the fine grid; false where it does not come near. `placed`: the element's
     /// shape there.
     bool read(const Coord& origin, const float* placed, GrownBlock& out) const;

@@ -1,9 +1,9 @@
 #include "pavel/vdb/pieces.h"
 
 #include <algorithm>
-#include <unordered_map>
 
 #include "pavel/core/union_find.h"
+#include "pavel/vdb/block_numbers.h"
 
 namespace pavel {
 namespace {
@@ -14,10 +14,11 @@ struct Run {
 
 }  // namespace
 
-BlockMask negativeMask(const float* values) {
+PAVEL_WIDE BlockMask negativeMask(const float* values) {
     BlockMask m;
     for (int row = 0; row < 64; ++row) {
         unsigned bits = 0;
+        PAVEL_ROLLED
         for (int z = 0; z < 8; ++z) bits |= unsigned(values[row * 8 + z] < 0) << z;
         m[size_t(row)] = uint8_t(bits);
     }
@@ -36,9 +37,11 @@ std::vector<MaskedBlock> straysOf(const std::vector<MaskedBlock>& blocks) {
     all.fill(0xff);
     std::vector<Run> runs;
     std::vector<Runs> runsOf(blocks.size());
-    std::unordered_map<Coord, int, CoordHash> numbers(blocks.size());
+    CoordBBox box;
+    for (const MaskedBlock& block : blocks) box.expand(block.origin);
+    BlockNumbers numbers(box);
     for (size_t b = 0; b < blocks.size(); ++b) {
-        numbers[blocks[b].origin] = int(b);
+        numbers.set(blocks[b].origin, int(b));
         runsOf[b].full = blocks[b].mask == all;
         runsOf[b].start[0] = int(runs.size());
         if (runsOf[b].full) {
@@ -61,10 +64,6 @@ std::vector<MaskedBlock> straysOf(const std::vector<MaskedBlock>& blocks) {
             for (int j = runsOf[b].begin(rowB); j < runsOf[b].end(rowB); ++j)
                 if (runs[size_t(i)].mask & runs[size_t(j)].mask) sets.join(i, j);
     };
-    const auto numberAt = [&](const Coord& origin) {
-        const auto found = numbers.find(origin);
-        return found == numbers.end() ? -1 : found->second;
-    };
     for (size_t b = 0; b < blocks.size(); ++b) {
         for (int row = 0; row < 64 && !runsOf[b].full; ++row) {
             if (row & 7) joinRows(b, row, b, row - 1);
@@ -78,13 +77,13 @@ std::vector<MaskedBlock> straysOf(const std::vector<MaskedBlock>& blocks) {
             else
                 join(size_t(n));
         };
-        joinBlock(numberAt(o.offsetBy(8, 0, 0)), [&](size_t n) {
+        joinBlock(numbers.at(o.offsetBy(8, 0, 0)), [&](size_t n) {
             for (int row = 0; row < 8; ++row) joinRows(b, 56 + row, n, row);
         });
-        joinBlock(numberAt(o.offsetBy(0, 8, 0)), [&](size_t n) {
+        joinBlock(numbers.at(o.offsetBy(0, 8, 0)), [&](size_t n) {
             for (int row = 0; row < 64; row += 8) joinRows(b, row + 7, n, row);
         });
-        joinBlock(numberAt(o.offsetBy(0, 0, 8)), [&](size_t n) {
+        joinBlock(numbers.at(o.offsetBy(0, 0, 8)), [&](size_t n) {
             for (int row = 0; row < 64; ++row)
                 if ((blocks[b].mask[size_t(row)] & 0x80) && (blocks[n].mask[size_t(row)] & 1))
                     sets.join(runsOf[b].end(row) - 1, runsOf[n].begin(row));

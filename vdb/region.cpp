@@ -3,21 +3,24 @@
 #include <algorithm>
 
 namespace pavel {
+namespace {
 
-BlockNumbers::BlockNumbers(const CoordBBox& box) : lower_(leafOrigin(box.min())) {
-    const Coord hi = leafOrigin(box.max());
-    for (int k = 0; k < 3; ++k) count_[k] = box.empty() ? 0 : (hi[k] - lower_[k]) / 8 + 1;
-    numbers_.assign(size_t(count_[0]) * size_t(count_[1]) * size_t(count_[2]), kOutside);
-}
-
-int BlockNumbers::index(const Coord& origin) const {
-    int c[3];
-    for (int k = 0; k < 3; ++k) {
-        c[k] = (origin[k] - lower_[k]) >> 3;
-        if (c[k] < 0 || c[k] >= count_[k]) return -1;
+PAVEL_WIDE void addFrontArea(const float* own, const float* clip, const float* slope, double& voxels, double& slopes) {
+    constexpr int kLanes = 16;
+    float count[kLanes] = {}, sum[kLanes] = {};
+    for (int v = 0; v < 512; v += kLanes) {
+        PAVEL_ROLLED
+        for (int k = 0; k < kLanes; ++k) {
+            const float o = own[v + k], s = slope[v + k];
+            const bool atFront = (s > 0) & (std::abs(o) < 0.5f) & (clip[v + k] <= o);
+            count[k] += atFront ? 1.f : 0.f;
+            sum[k] += atFront ? s : 0.f;
+        }
     }
-    return (c[0] * count_[1] + c[1]) * count_[2] + c[2];
+    for (int k = 0; k < kLanes; ++k) voxels += double(count[k]), slopes += double(sum[k]);
 }
+
+}  // namespace
 
 int Region::add(const Coord& origin, const float* own, const float* clip, const float* slope) {
     const int number = int(origins_.size());
@@ -164,11 +167,7 @@ void Region::advance(double later) {
 
 void Region::frontArea(double& voxels, double& slopes) const {
     voxels = slopes = 0;
-    for (size_t i = 0; i < own_.size(); ++i) {
-        if (!(slope_[i] > 0) || std::abs(own_[i]) >= 0.5f || clip_[i] > own_[i]) continue;
-        voxels += 1;
-        slopes += slope_[i];
-    }
+    for (size_t i = 0; i < own_.size(); i += 512) addFrontArea(&own_[i], &clip_[i], &slope_[i], voxels, slopes);
 }
 
 void Region::dropStrays() {

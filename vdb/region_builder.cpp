@@ -269,7 +269,7 @@ Region RegionBuilder::refine(int i, const Outline& coarse) const {
     return region;
 }
 
-/// Adds the blocks into which the surface goes on, though the outline does not show them.
+/// Adds the blocks that the surface goes on into, or comes near to, though the outline does not show them.
 void RegionBuilder::followSurface(int i, const std::vector<int>& rivals, Region& region) const {
     constexpr int kStep[3] = {64, 8, 1};
     float values[512];
@@ -284,7 +284,7 @@ void RegionBuilder::followSurface(int i, const std::vector<int>& rivals, Region&
             const float* face = values + (side % 2 ? 7 * kStep[axis] : 0);
             bool goesOn = false;
             for (int j = 0; j < 8; ++j)
-                for (int k = 0; k < 8; ++k) goesOn |= (face[j * u + k * w] < 0) != inside;
+                for (int k = 0; k < 8; ++k) goesOn |= inside ? face[j * u + k * w] > -1 : face[j * u + k * w] < 1;
             Coord next = region.origin(b);
             next[axis] += side % 2 ? 8 : -8;
             if (!goesOn || !region.numbers().holds(next)) continue;

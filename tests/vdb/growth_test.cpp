@@ -176,5 +176,55 @@ TEST(Growth, SpheresApartDoNotChange) {
     EXPECT_NEAR(measureInside(*p.packed[0]).volume / p.elements[0].placedVolume, 1, 1e-3);
 }
 
+TEST(Region, CountsAFilledBlockOnce) {
+    Region region(CoordBBox(Coord(0), Coord(31)));
+    const Coord origin(8, 0, 16);
+    region.fill(origin);
+    region.fill(origin);
+    EXPECT_EQ(region.filledVoxels(), 512u);
+    const std::vector<float> in(512, -1.f), none(512, 0.f);
+    EXPECT_EQ(region.add(origin, in.data(), in.data(), none.data()), 0);
+    EXPECT_EQ(region.filledVoxels(), 0u);
+    EXPECT_EQ(region.at(origin), 0);
+    region.fill(Coord(0));
+    region.clear(Coord(0));
+    EXPECT_EQ(region.filledVoxels(), 0u);
+    EXPECT_EQ(region.at(Coord(0)), Region::kOutside);
+}
+
+TEST(RegionBuilder, FollowsTheSurfaceBeyondTheOutline) {
+    constexpr int kFactor = 2;
+    const TriangleMesh sphere = test::sphere(20, {0, 0, 0}, 128);
+    auto elements = test::elementsAt(sphere, {{0.1, 0.2, 0.3}, {28.1, 0.2, 1.3}});
+    test::resolve(elements);
+    Growth growth(elements, nullptr, {Material{0.1, 0.3}}, 2);
+    const RunContext context;
+    growth.march(context);
+    const double target = elements[0].placedVolume;
+    growth.solveStopTimes({target, target}, 0.02, kFactor, context);
+    growth.lookBeyond();
+    const CanonicalField field = makeCanonicalField(sphere, 1.0 / kFactor, 1, 1);
+    FineShapes shapes(2, [&](int i) {
+        Frame frame = elements[size_t(i)].indexFromElement;
+        frame.origin *= double(kFactor);
+        frame.scale *= kFactor;
+        return std::make_unique<FineShape>(elements[size_t(i)], growth.front(i), field, frame, kFactor);
+    });
+    for (int i = 0; i < 2; ++i) shapes.expect(i), shapes.acquire(i);
+    const Region coarse = RegionBuilder(elements, nullptr, growth.fronts()).build(0);
+    const RegionBuilder builder(elements, nullptr, growth.fronts(), kFactor, &shapes);
+    const auto volumeFrom = [&](double later) {
+        const Region region = builder.refine(0, Outline(coarse, later, kFactor));
+        return RegionMeasure(region)(0).volume;
+    };
+    double voxels, slopes;
+    coarse.frontArea(voxels, slopes);
+    const double right = volumeFrom(0), reach = voxels / slopes;
+    EXPECT_NEAR(right / (kFactor * kFactor * kFactor * target), 1, 2e-3);
+    // Outlines of a front that stopped three voxels earlier and later.
+    EXPECT_NEAR(volumeFrom(-3 * reach) / right, 1, 1e-5);
+    EXPECT_NEAR(volumeFrom(3 * reach) / right, 1, 1e-5);
+}
+
 }  // namespace
 }  // namespace pavel

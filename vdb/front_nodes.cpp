@@ -1,0 +1,198 @@
+#include "pavel/vdb/front_nodes.h"
+
+#include <algorithm>
+
+namespace pavel {
+namespace {
+
+constexpr uint8_t kTimed = FrontNodes::kTimed, kNearRim = FrontNodes::kNearRim;
+
+constexpr float kFar = 3;  ///< coarse voxels: what comes later than that would only make an interpolation swing
+
+/// What a front holds in one of its blocks.
+struct FrontBlock {
+    float phi[512], way[512], scale[512];
+    float speed[512];    ///< -1 where it is not known
+    uint8_t flags[512];  ///< kTimed, kNearRim
+
+    FrontBlock(const Front& front, const GrowthBlock& block) {
+        if (block.placed)
+            std::copy(block.placed, block.placed + 512, phi);
+        else
+            std::fill(phi, phi + 512, block.placedTile);
+        std::copy(phi, phi + 512, way);
+        std::fill(scale, scale + 512, 0.f);
+        std::fill(speed, speed + 512, -1.f);
+        std::fill(flags, flags + 512, uint8_t(0));
+        Front::CellField read;
+        for (int c = 0; c < 8; ++c) {
+            if (!block.cells[c]) continue;
+            const GrowthCell& cell = *block.cells[c];
+            front.read(block, c, read);
+            for (int i = 0; i < GrowthCell::kCount; ++i) {
+                const bool timed = cell.time[i] < GrowthBlock::kNever,
+                           asked = (cell.contact[i] >= 0) & (cell.state[i] != kInner);
+                const int v = GrowthBlock::voxelOf(c, i);
+                way[v] = timed ? std::min(kFar, read.way[i]) : read.phi[i];
+                scale[v] = timed ? read.scale[i] : 0;
+                speed[v] = timed | !asked ? -1 : read.scale[i];
+                flags[v] = uint8_t((timed ? kTimed : 0) | (asked & (cell.contact[i] < 3) ? kNearRim : 0));
+            }
+        }
+    }
+};
+
+/// A front's own nodes in and around one of its blocks: as FrontNodes, and two layers more on each side, so that the
+/// times that go on beyond the front are known wherever the interpolation asks.
+class Nodes {
+  public:
+    static constexpr int kBefore = 3, kSide = 15, kRow = 16, kSlab = kSide * kRow, kCount = kSide * kSlab;
+
+    /// @param blocks of the front, by number
+    Nodes(const Front& front, const std::vector<FrontBlock>& blocks, const Coord& block) {
+        struct Source {
+            const FrontBlock* front = nullptr;  // or else
+            const float* phi = nullptr;         // or else
+            float tile = 0;
+        } sources[27];
+        const WorkTree& placed = *front.element.placed;
+        for (int part = 0; part < 27; ++part) {
+            const Coord at = block.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8);
+            if (const GrowthBlock* grown = front.probe(at))
+                sources[part].front = &blocks[size_t(grown->number)];
+            else if (const WorkLeaf* leaf = placed.probeConstLeaf(at))
+                sources[part].phi = leaf->buffer().data();
+            else
+                sources[part].tile = placed.getValue(at);
+        }
+        forEachRowAround<kBefore, kSide - 8 - kBefore, kRow>([&](int part, int row, int at, auto n) {
+            const auto& [grown, phi, tile] = sources[part];
+            const auto copy = [&](const auto* from, auto* to) {
+                for (int i = 0; i < n; ++i) to[at + i] = from[row + i];
+            };
+            const auto fill = [&](auto* to, auto value) {
+                for (int i = 0; i < n; ++i) to[at + i] = value;
+            };
+            if (grown) {
+                copy(grown->phi, phi_), copy(grown->way, way_), copy(grown->scale, scale_);
+                copy(grown->speed, speed_), copy(grown->flags, flags_);
+                return;
+            }
+            if (phi)
+                copy(phi, phi_), copy(phi, way_);
+            else
+                fill(phi_, tile), fill(way_, tile);
+            fill(scale_, 0.f), fill(speed_, -1.f), fill(flags_, uint8_t(0));
+        });
+        uint8_t all[kSide] = {};
+        float least[kSide];
+        std::fill(least, least + kSide, kBand);
+        for (int x = 0; x < kSide; ++x)
+            for (int y = 0; y < kSide; ++y)
+                for (int z = 0, i = index(x, y, 0); z < kSide; ++z, ++i) {
+                    all[z] = uint8_t(all[z] | flags_[i]);
+                    least[z] = way_[i] < least[z] ? way_[i] : least[z];
+                }
+        any_ = std::any_of(all, all + kSide, [](uint8_t f) { return f & kTimed; });
+        least_ = *std::min_element(least, least + kSide);
+    }
+    /// Is there anything of the front within the band, in coarse voxels?
+    bool within(float band) const { return any_ && least_ <= band; }
+
+    void continueTimes();
+    std::unique_ptr<FrontNodes> inner() const {
+        auto inner = std::make_unique<FrontNodes>();
+        for (int x = 0; x < FrontNodes::kSide; ++x)
+            for (int y = 0; y < FrontNodes::kSide; ++y) {
+                constexpr int kMore = kBefore - FrontNodes::kBefore;
+                const int from = index(x + kMore, y + kMore, kMore), to = FrontNodes::index(x, y, 0);
+                const auto copy = [&](const auto* source, auto* row) {
+                    std::copy(source + from, source + from + FrontNodes::kSide, row + to);
+                };
+                copy(phi_, inner->phi), copy(way_, inner->way), copy(scale_, inner->scale);
+                copy(flags_, inner->flags);
+            }
+        return inner;
+    }
+
+  private:
+    static constexpr int index(int x, int y, int z) { return x * kSlab + y * kRow + z; }
+
+    float phi_[kCount], way_[kCount], scale_[kCount], speed_[kCount];
+    uint8_t flags_[kCount];
+    bool any_;
+    float least_;
+};
+
+/// Gives the nodes beside those that the front reached times as if it had gone on, two layers of them: an interpolation
+/// that took the placed surface's distance for them would put ripples into the front's. Its advance goes on as much as
+/// the speed does: not at all where that is zero. The outermost layer only lends its values.
+PAVEL_WIDE void continueTimes(const float* phi, const float* speed, float* way, float* scale) {
+    constexpr int n = Nodes::kSide, kSlab = Nodes::kSlab, kRow = Nodes::kRow,
+                  kSides[6] = {-kSlab, kSlab, -kRow, kRow, -1, 1};
+    float ahead[Nodes::kCount], newWay[Nodes::kCount], newScale[Nodes::kCount];
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 0; i < Nodes::kCount; ++i) {
+            const float lead = way[i] - phi[i];
+            ahead[i] = scale[i] > 0 ? lead : 0;
+        }
+        for (int x = 1; x < n - 1; ++x)
+            for (int y = 1; y < n - 1; ++y) {
+                const int row = x * kSlab + y * kRow;
+                for (int i = row + 1; i < row + n - 1; ++i) {
+                    float lead = 0, beside = 0, known = 0;
+                    for (const int side : kSides) {
+                        lead += ahead[i + side];
+                        beside += scale[i + side];
+                        known += scale[i + side] > 0 ? 1.f : 0.f;
+                    }
+                    const float share = speed[i] * known / beside, slower = share < 1 ? share : 1,
+                                goesOn = speed[i] < 0 ? 1 : slower;
+                    const float farther = phi[i] + goesOn * lead / known, mean = goesOn * beside / known;
+                    const bool open = (scale[i] <= 0) & (speed[i] != 0) & (known > 0);
+                    newWay[i] = open ? farther : way[i];
+                    newScale[i] = open ? mean : scale[i];
+                }
+            }
+        for (int x = 1; x < n - 1; ++x)
+            for (int y = 1; y < n - 1; ++y) {
+                const int row = x * kSlab + y * kRow;
+                std::copy(newWay + row + 1, newWay + row + n - 1, way + row + 1);
+                std::copy(newScale + row + 1, newScale + row + n - 1, scale + row + 1);
+            }
+    }
+}
+
+void Nodes::continueTimes() {
+    pavel::continueTimes(phi_, speed_, way_, scale_);
+}
+
+}  // namespace
+
+FrontNodes::Window FrontNodes::window(const FineSpan& sx, const FineSpan& sy, const FineSpan& sz) const {
+    const int from = index(sx.first, sy.first, sz.first);
+    Window w{phi + from, way + from, scale + from, &sx, &sy, &sz};
+    for (int x = 1; x < sx.nodes - 1; ++x)
+        for (int y = 1; y < sy.nodes - 1; ++y)
+            for (int i = from + index(x, y, 1), end = i + sz.nodes - 2; i < end; ++i) {
+                w.flags |= flags[i];
+                w.least = (scale[i] > 0) & (way[i] < w.least) ? way[i] : w.least;
+            }
+    return w;
+}
+
+std::vector<std::unique_ptr<FrontNodes>> nodesOf(const Front& front, float reach) {
+    std::vector<FrontBlock> blocks;
+    blocks.reserve(front.blocks.size());
+    for (const GrowthBlock& grown : front.blocks) blocks.emplace_back(front, grown);
+    std::vector<std::unique_ptr<FrontNodes>> all(blocks.size());
+    for (const GrowthBlock& grown : front.blocks) {
+        Nodes nodes(front, blocks, grown.origin);
+        if (!nodes.within(reach)) continue;
+        nodes.continueTimes();
+        all[size_t(grown.number)] = nodes.inner();
+    }
+    return all;
+}
+
+}  // namespace pavel
