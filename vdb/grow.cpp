@@ -12,12 +12,15 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A front is stuck when its fastest point has fallen under this share of its largest speed (algorithm, section 3).
 constexpr double kStuckShare = 0.01;
+/// Voxels that fronts go on past their end, so that times are known on both sides of it. With two, crowns get dents:
+/// where fronts are slow, that is a fraction of a voxel.
+constexpr double kBeyond = 3;
 
 }  // namespace
 
 Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
-               const std::vector<Material>& materials, double beyond)
-    : elements_(elements), base_(base), beyond_(beyond), claims_(elements, base), fronts_(elements.size()) {
+               const std::vector<Material>& materials)
+    : elements_(elements), base_(base), claims_(elements, base), fronts_(elements.size()) {
     double most = 0;
     for (const WorkElement& e : elements)
         if (e.bodyVoxels && !std::isinf(e.stiffness)) most = std::max(most, e.lost() / e.placedVolume);
@@ -97,7 +100,7 @@ void Growth::march(const RunContext& context, double roundVoxels) {
                 next.push_back(f);
             }
         }
-        each(ended, [&](Front& f) { f.march(f.stopTime + beyond_ / f.weight, stopTimes, false); });
+        each(ended, [&](Front& f) { f.march(f.stopTime + kBeyond / f.weight, stopTimes, false); });
         active = std::move(next);
     }
 }
@@ -176,7 +179,7 @@ std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, 
             const bool dry =
                 s.missing > kClose * targets[size_t(i)] && !f.exhausted && f.frontSpeed() < kStuckShare * f.weight;
             if (round > 0 && dry) f.exhausted = true;
-            f.march(f.stopTime + beyond_ * (s.reach > 0 ? s.reach : 1 / f.weight), stopTimes, false);
+            f.march(f.stopTime + kBeyond * (s.reach > 0 ? s.reach : 1 / f.weight), stopTimes, false);
             f.finish();
         });
         open.clear();

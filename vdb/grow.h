@@ -17,10 +17,8 @@ struct Material {
 class Growth {
   public:
     /// `materials` by kind. Elements without loss or contact get no front.
-    /// @param beyond voxels that fronts go on past their end, so that times are known on both sides of it. Two are
-    /// enough where GrownField carries them on.
     Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
-           const std::vector<Material>& materials, double beyond = 3);
+           const std::vector<Material>& materials);
 
     /// @param window voxels that the fastest front covers in one round: how old another's claim may be before it is
     /// seen. Short ones march like a single queue, but in many rounds.
@@ -49,7 +47,6 @@ class Growth {
   private:
     const std::vector<WorkElement>& elements_;
     const openvdb::FloatTree* base_;
-    double beyond_;
     ClaimMap claims_;
     std::vector<std::unique_ptr<Front>> fronts_;
 };

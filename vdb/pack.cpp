@@ -286,7 +286,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         const StageTimer timer(context, "voxelize");
         fields = canonicalFields(kinds, placed, h, false);
     }
-    Growth growth(coarse, coarseBase.get(), materials, factor > 1 ? 2 : 3);
+    Growth growth(coarse, coarseBase.get(), materials);
     std::vector<Outline> outlines;
     {
         const StageTimer timer(context, "growth");

@@ -197,7 +197,7 @@ TEST(RegionBuilder, FollowsTheSurfaceBeyondTheOutline) {
     const TriangleMesh sphere = test::sphere(20, {0, 0, 0}, 128);
     auto elements = test::elementsAt(sphere, {{0.1, 0.2, 0.3}, {28.1, 0.2, 1.3}});
     test::resolve(elements);
-    Growth growth(elements, nullptr, {Material{0.1, 0.3}}, 2);
+    Growth growth(elements, nullptr, {Material{0.1, 0.3}});
     const RunContext context;
     growth.march(context);
     const double target = elements[0].placedVolume;
