@@ -2,13 +2,12 @@
 
 namespace pavel {
 
-BlockNumbers::BlockNumbers(const CoordBBox& box) : lower_(leafOrigin(box.min())) {
+BlockBox::BlockBox(const CoordBBox& box) : lower_(leafOrigin(box.min())) {
     const Coord hi = leafOrigin(box.max());
     for (int k = 0; k < 3; ++k) count_[k] = box.empty() ? 0 : (hi[k] - lower_[k]) / 8 + 1;
-    numbers_.assign(size_t(count_[0]) * size_t(count_[1]) * size_t(count_[2]), kOutside);
 }
 
-int BlockNumbers::index(const Coord& origin) const {
+int BlockBox::index(const Coord& origin) const {
     int c[3];
     for (int k = 0; k < 3; ++k) {
         c[k] = (origin[k] - lower_[k]) >> 3;

@@ -6,6 +6,24 @@
 
 namespace pavel {
 
+/// The leaf-sized blocks of a box, counted x slowest.
+class BlockBox {
+  public:
+    BlockBox() = default;
+    /// @param box voxels that the blocks cover
+    explicit BlockBox(const CoordBBox& box);
+    /// Which one lies at a leaf origin; negative outside the box.
+    int index(const Coord& origin) const;
+    size_t size() const { return size_t(count_[0]) * size_t(count_[1]) * size_t(count_[2]); }
+    /// Leaf origins of the first and last blocks.
+    const Coord& lower() const { return lower_; }
+    Coord upper() const { return lower_ + Coord(8 * (count_[0] - 1), 8 * (count_[1] - 1), 8 * (count_[2] - 1)); }
+
+  private:
+    Coord lower_;
+    int count_[3] = {};
+};
+
 /// Numbers of the blocks in a box.
 class BlockNumbers {
   public:
@@ -13,22 +31,20 @@ class BlockNumbers {
 
     BlockNumbers() = default;
     /// All outside. @param box voxels that blocks may cover
-    explicit BlockNumbers(const CoordBBox& box);
+    explicit BlockNumbers(const CoordBBox& box) : box_(box), numbers_(box_.size(), kOutside) {}
     /// Number of the block at a leaf origin, or kOutside, kInside.
     int at(const Coord& origin) const {
-        const int i = index(origin);
+        const int i = box_.index(origin);
         return i < 0 ? kOutside : numbers_[size_t(i)];
     }
-    bool holds(const Coord& origin) const { return index(origin) >= 0; }
-    void set(const Coord& origin, int number) { numbers_[size_t(index(origin))] = number; }
+    bool holds(const Coord& origin) const { return box_.index(origin) >= 0; }
+    void set(const Coord& origin, int number) { numbers_[size_t(box_.index(origin))] = number; }
     /// Leaf origins of the first and last blocks that may exist.
-    const Coord& lower() const { return lower_; }
-    Coord upper() const { return lower_ + Coord(8 * (count_[0] - 1), 8 * (count_[1] - 1), 8 * (count_[2] - 1)); }
+    const Coord& lower() const { return box_.lower(); }
+    Coord upper() const { return box_.upper(); }
 
   private:
-    int index(const Coord& origin) const;
-    Coord lower_;
-    int count_[3] = {};
+    BlockBox box_;
     std::vector<int> numbers_;
 };
 

@@ -32,22 +32,15 @@ FineShape::FineShape(const WorkElement& coarse, const Front* front, const Canoni
     : coarse_(coarse),
       placement_(field, indexFromElement),
       grown_(front ? std::make_unique<GrownField>(*front, factor) : nullptr),
-      factor_(factor) {
+      factor_(factor),
+      box_(reachOf(coarse, front, factor)),
+      blocks_(std::make_unique<std::atomic<const FineBlock*>[]>(box_.size())) {
     for (const MaskedBlock& m : coarse.strays)
         for (size_t row = 0; row < 64; ++row) strays_[m.origin][row] |= m.mask[row];
-    const CoordBBox box = reachOf(coarse, front, factor);
-    lower_ = leafOrigin(box.min());
-    size_t count = 1;
-    for (int k = 0; k < 3; ++k) {
-        count_[k] = box.empty() ? 0 : (box.max()[k] - lower_[k]) / 8 + 1;
-        count *= size_t(count_[k]);
-    }
-    blocks_ = std::make_unique<std::atomic<const FineBlock*>[]>(count);
 }
 
 FineShape::~FineShape() {
-    const size_t count = size_t(count_[0]) * size_t(count_[1]) * size_t(count_[2]);
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t i = 0; i < box_.size(); ++i) {
         const FineBlock* block = blocks_[i].load(std::memory_order_relaxed);
         if (block != &uniform(-1) && block != &uniform(1)) delete block;
     }
@@ -58,13 +51,9 @@ const FineBlock& FineShape::nothing() {
 }
 
 const FineBlock& FineShape::at(const Coord& origin) const {
-    size_t i = 0;
-    for (int k = 0; k < 3; ++k) {
-        const int c = (origin[k] - lower_[k]) >> 3;
-        if (c < 0 || c >= count_[k]) return nothing();
-        i = i * size_t(count_[k]) + size_t(c);
-    }
-    std::atomic<const FineBlock*>& slot = blocks_[i];
+    const int i = box_.index(origin);
+    if (i < 0) return nothing();
+    std::atomic<const FineBlock*>& slot = blocks_[size_t(i)];
     const FineBlock* known = slot.load(std::memory_order_acquire);
     if (known) return *known;
     const FineBlock* made = make(origin);

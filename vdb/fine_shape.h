@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "pavel/vdb/block_numbers.h"
 #include "pavel/vdb/grown_field.h"
 #include "pavel/vdb/voxelize.h"
 
@@ -41,8 +42,7 @@ class FineShape {
     std::unique_ptr<GrownField> grown_;
     int factor_;
     std::map<Coord, BlockMask> strays_;  // on the coarse grid
-    Coord lower_;
-    int count_[3];
+    BlockBox box_;
     std::unique_ptr<std::atomic<const FineBlock*>[]> blocks_;  // null until asked for
 };
 

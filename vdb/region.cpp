@@ -80,7 +80,7 @@ Outline::Outline(const Region& region, double later, int factor)
       sides_(region.size() * perBlock_) {
     // Coarse voxels: what a fine block knows of the surface beyond it is asked for there, and details that the coarse
     // grid does not show move it.
-    const float near = std::max(0.7f, 2 / float(factor));
+    const float near = std::max(0.7f, Region::kNear / float(factor));
     constexpr int kSide = 9;  // a block and the first layer of the next ones
     std::vector<float> values(region.size() * 512);
     for (size_t b = 0; b < region.size(); ++b) region.values(int(b), later, &values[b * 512]);

@@ -17,6 +17,8 @@ namespace pavel {
 class Region {
   public:
     static constexpr int kOutside = BlockNumbers::kOutside, kInside = BlockNumbers::kInside;
+    /// Values this far from the surface, in voxels, need no block.
+    static constexpr float kNear = 2;
 
     /// @param box voxels that blocks may cover
     explicit Region(const CoordBBox& box) : numbers_(box) {}

@@ -8,9 +8,6 @@
 namespace pavel {
 namespace {
 
-/// Values this far from the surface, in voxels, need no block.
-constexpr float kNear = 2;
-
 std::vector<CoordBBox> reaches(const std::vector<WorkElement>& elements,
                                const std::vector<std::unique_ptr<Front>>& fronts, int factor) {
     std::vector<CoordBBox> boxes;
@@ -63,7 +60,7 @@ PAVEL_WIDE bool ownValues(const OwnField& a, float* own, float* slope) {
         const float value = front ? way : phi, least = value > -kBand ? value : -kBand;
         slope[v] = front ? scale : 0;
         own[v] = least < kBand ? least : kBand;
-        near += int(value < kNear);
+        near += int(value < Region::kNear);
     }
     return near > 0;
 }
@@ -220,9 +217,9 @@ void RegionBuilder::addBlock(int i, const std::vector<int>& rivals, const Coord&
     float own[512], clip[512], slope[512];
     if (!evaluate(i, rivals, origin, own, clip, slope)) return region.clear(origin);
     const auto [least, most] = clipped(own, clip);
-    if (least >= kNear)
+    if (least >= Region::kNear)
         region.clear(origin);
-    else if (most <= -kNear)
+    else if (most <= -Region::kNear)
         region.fill(origin);
     else
         region.add(origin, own, clip, slope);
