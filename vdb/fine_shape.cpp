@@ -35,8 +35,18 @@ FineShape::FineShape(const WorkElement& coarse, const Front* front, const Canoni
       factor_(factor),
       box_(reachOf(coarse, front, factor)),
       blocks_(std::make_unique<std::atomic<const FineBlock*>[]>(box_.size())) {
-    for (const MaskedBlock& m : coarse.strays)
+    for (const MaskedBlock& m : coarse.strays) {
         for (size_t row = 0; row < 64; ++row) strays_[m.origin][row] |= m.mask[row];
+        CoordBBox nodes;
+        for (int v = 0; v < 512; ++v)
+            if (testMask(m.mask, v)) nodes.expand(m.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
+        CoordBBox around;  // fine voxels that have one of them at a corner
+        for (int k = 0; k < 3; ++k) {
+            around.min()[k] = (nodes.min()[k] - 1) * factor + 1;
+            around.max()[k] = (nodes.max()[k] + 1) * factor - 1;
+        }
+        strayBoxes_.push_back(around);
+    }
 }
 
 FineShape::~FineShape() {
@@ -80,7 +90,9 @@ const FineBlock* FineShape::make(const Coord& origin) const {
 
 /// Turns the voxels outside that the trim cut off: those with a stray node around them and none of the main body.
 bool FineShape::eraseStrays(const Coord& origin, float* phi) const {
-    if (strays_.empty()) return false;
+    const CoordBBox block(origin, origin.offsetBy(7));
+    if (std::none_of(strayBoxes_.begin(), strayBoxes_.end(), [&](const CoordBBox& b) { return b.hasOverlap(block); }))
+        return false;
     const auto isStray = [&](const Coord& c) {
         const auto found = strays_.find(leafOrigin(c));
         return found != strays_.end() && testMask(found->second, int(WorkLeaf::coordToOffset(c)));

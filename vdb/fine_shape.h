@@ -42,6 +42,7 @@ class FineShape {
     std::unique_ptr<GrownField> grown_;
     int factor_;
     std::map<Coord, BlockMask> strays_;  // on the coarse grid
+    std::vector<CoordBBox> strayBoxes_;  // of what they reach
     BlockBox box_;
     std::unique_ptr<std::atomic<const FineBlock*>[]> blocks_;  // null until asked for
 };
