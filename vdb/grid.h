@@ -23,11 +23,11 @@ using BodyTree = WorkTree::ValueConverter<openvdb::ValueMask>::Type;
 using WorkReader = openvdb::tree::ValueAccessor<const WorkTree, false>;
 using BaseReader = openvdb::tree::ValueAccessor<const openvdb::FloatTree, false>;
 
-/// For kernels on rows and blocks: also compiled for AVX2, chosen when the program starts. Contraction is off, so both
-/// give the same bits.
+/// For kernels on rows and blocks: also compiled for AVX-512 and AVX2, chosen when the program starts. Contraction is
+/// off, so all give the same bits.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)
-#define PAVEL_WIDE __attribute__((target_clones("avx2", "default")))
+#define PAVEL_WIDE __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #else
 #define PAVEL_WIDE
 #endif
