@@ -132,14 +132,13 @@ StopShift solveShift(const Region& region, double target, double most, double cl
     return s;
 }
 
-std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, double still, int factor,
-                                            const RunContext& context) {
+void Growth::solveStopTimes(const std::vector<double>& targets, double still, double close, const RunContext& context,
+                            const UseRegion& use) {
     // Jacobi rounds: elements depend on each other only where one stopped before the other came.
     constexpr int kMostRounds = 8;
     constexpr double kClose = 1e-3;
     const size_t n = fronts_.size();
     std::vector<StopShift> shifts(n);
-    std::vector<Outline> made(factor > 1 ? n : 0);
     std::vector<float> stopTimes(n + 1, std::numeric_limits<float>::infinity());
     std::vector<int> open, all;
     for (size_t i = 0; i < n; ++i) {
@@ -156,13 +155,13 @@ std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, 
         context.progress("growth", 0.6 + 0.2 * std::min(1, round));
         const RegionBuilder builder(elements_, base_, fronts_);
         each(open, [&](int i) {
-            const Region region = builder.build(i);
+            Region region = builder.build(i);
             StopShift& s = shifts[size_t(i)];
-            s = solveShift(region, targets[size_t(i)], 1, 1e-3);
+            s = solveShift(region, targets[size_t(i)], 1, close);
             if (fronts_[size_t(i)]->exhausted && s.missing > 0) s.later = 0;
+            if (use) use(i, region, s.later);
             // Later rounds only mend what the neighbours' moves did; halved, so that two cannot chase each other.
             if (round > 1) s.later *= 0.5;
-            if (factor > 1) made[size_t(i)] = Outline(region, s.later, factor);
         });
         std::vector<char> moved(n, 0), goesOn(n, 0);
         for (int i : open) {
@@ -189,7 +188,6 @@ std::vector<Outline> Growth::solveStopTimes(const std::vector<double>& targets, 
                 open.push_back(i);
         }
     }
-    return made;
 }
 
 void Growth::lookBeyond() {

@@ -1,5 +1,7 @@
 #pragma once
 // All fronts on one clock, and the stop times that give every element its volume back.
+#include <functional>
+
 #include "pavel/core/run_context.h"
 #include "pavel/vdb/front.h"
 #include "pavel/vdb/region.h"
@@ -23,11 +25,13 @@ class Growth {
     /// @param window voxels that the fastest front covers in one round: how old another's claim may be before it is
     /// seen. Short ones march like a single queue, but in many rounds.
     void march(const RunContext& context, double window = 1.5);
+    /// Takes an element's region and how much later its front is to stop: the last call for an element stands. Comes
+    /// from many threads, for one element from one at a time.
+    using UseRegion = std::function<void(int element, Region& region, double later)>;
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels. Goes on until no
-    /// front moves by more than `still` voxels, or its neighbours hinder it.
-    /// @return outlines of the regions on a grid `factor` times finer, none if it is 1; empty where nothing grew.
-    std::vector<Outline> solveStopTimes(const std::vector<double>& targets, double still, int factor,
-                                        const RunContext& context);
+    /// front moves by more than `still` voxels, or its neighbours hinder it. `close`: as solveShift's.
+    void solveStopTimes(const std::vector<double>& targets, double still, double close, const RunContext& context,
+                        const UseRegion& use = {});
 
     /// Null where the element did not grow.
     const Front* front(int i) const { return fronts_[size_t(i)].get(); }

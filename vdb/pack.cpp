@@ -187,6 +187,9 @@ double settleVolume(WorkTree& tree, double target, bool growing) {
     return volume;
 }
 
+/// Share of its volume to which a region is solved before it is re-distanced.
+constexpr double kCloseEnough = 2e-4;
+
 std::string idList(const std::vector<int>& ids) {
     std::string text;
     for (size_t i = 0; i < ids.size() && i < 12; ++i) text += (i ? ", " : "") + std::to_string(ids[i]);
@@ -287,13 +290,29 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         fields = canonicalFields(kinds, placed, h, false);
     }
     Growth growth(coarse, coarseBase.get(), materials);
-    std::vector<Outline> outlines;
+    /// The packed shape of a region whose front stops later by something.
+    const auto finish = [&](int element, Region& region, double later, double target) {
+        const size_t i = size_t(element);
+        const Front* f = growth.front(element);
+        if (later != 0) region.advance(later);
+        const WorkTree::Ptr packed = redistanced(region, options.gap > 0 ? kWidestBand : kResultBand);
+        const bool mayGrow = f ? !f->exhausted : !std::isinf(coarse[i].stiffness);
+        result.elements[i].finalVolume = settleVolume(*packed, target, mayGrow) * h3;
+        grids.elements[i] = CompactLevelSet(*packed);
+    };
+    std::vector<Outline> outlines(factor > 1 ? n : 0);
     {
         const StageTimer timer(context, "growth");
         growth.march(context);
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].targetVolume;
-        outlines = growth.solveStopTimes(targets, 0.2, factor, context);
+        growth.solveStopTimes(targets, 0.2, factor > 1 ? 1e-3 : kCloseEnough, context,
+                              [&](int i, Region& region, double later) {
+                                  if (factor > 1)
+                                      outlines[size_t(i)] = Outline(region, later, factor);
+                                  else
+                                      finish(i, region, later, targets[size_t(i)]);
+                              });
         if (factor > 1) growth.lookBeyond();
     }
     {
@@ -337,16 +356,15 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             r.targetVolume = target * h3;
             r.lostVolume = coarse[i].lost() * coarseH * coarseH * coarseH;
             for (int c : coarse[i].contacts) r.contacts.push_back(coarse[size_t(c)].id);
-            if (coarse[i].bodyVoxels) {
-                if (factor > 1 && outlines[i].empty()) outlines[i] = Outline(onCoarse.build(element), 0, factor);
-                Region region = factor > 1 ? onFine.refine(element, outlines[i]) : onCoarse.build(element);
-                if (factor > 1) outlines[i] = Outline();
-                const StopShift s = solveShift(region, target, 0.5, 2e-4);
-                const bool mayGrow = f ? !f->exhausted : !std::isinf(coarse[i].stiffness);
-                if (f && (mayGrow || s.missing < 0)) region.advance(s.later);
-                const WorkTree::Ptr packed = redistanced(region, options.gap > 0 ? kWidestBand : kResultBand);
-                r.finalVolume = settleVolume(*packed, target, mayGrow) * h3;
-                grids.elements[i] = CompactLevelSet(*packed);
+            if (coarse[i].bodyVoxels && factor > 1) {
+                if (outlines[i].empty()) outlines[i] = Outline(onCoarse.build(element), 0, factor);
+                Region region = onFine.refine(element, outlines[i]);
+                outlines[i] = Outline();
+                const StopShift s = solveShift(region, target, 0.5, kCloseEnough);
+                finish(element, region, f && !(f->exhausted && s.missing > 0) ? s.later : 0, target);
+            } else if (coarse[i].bodyVoxels && !f) {
+                Region region = onCoarse.build(element);
+                finish(element, region, 0, target);
             }
             if (f && f->b > f->firstB) r.widenedB = f->b;
             // Rounding is no lack of room; all that is missing beyond it is said.

@@ -52,7 +52,7 @@ Pair grownPair(double distance, Material material) {
     p.growth = std::make_unique<Growth>(p.elements, nullptr, std::vector<Material>{material});
     RunContext context;
     p.growth->march(context);
-    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, 1, context);
+    p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, 1e-3, context);
     const RegionBuilder builder(p.elements, nullptr, p.growth->fronts());
     for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)));
     return p;
@@ -153,7 +153,7 @@ TEST(Growth, WindowsDoNotChangeWhoGetsWhat) {
         growth.march(context, window);
         std::vector<double> targets;
         for (const WorkElement& e : elements) targets.push_back(e.targetVolume);
-        growth.solveStopTimes(targets, 0.02, 1, context);
+        growth.solveStopTimes(targets, 0.02, 1e-3, context);
         grownVoxels = double(growth.grownVoxels());
         const RegionBuilder builder(elements, nullptr, growth.fronts());
         packed.emplace_back();
@@ -201,7 +201,7 @@ TEST(RegionBuilder, FollowsTheSurfaceBeyondTheOutline) {
     const RunContext context;
     growth.march(context);
     const double target = elements[0].placedVolume;
-    growth.solveStopTimes({target, target}, 0.02, kFactor, context);
+    growth.solveStopTimes({target, target}, 0.02, 1e-3, context);
     growth.lookBeyond();
     const CanonicalField field = makeCanonicalField(sphere, 1.0 / kFactor, 1, 1);
     FineShapes shapes(2, [&](int i) {
