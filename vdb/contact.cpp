@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "pavel/vdb/bisector.h"
+
 namespace pavel {
 namespace {
 
@@ -306,8 +308,15 @@ PAVEL_WIDE bool besideSurface(const float* values, BlockMask& mask) {
     return any != 0;
 }
 
+/// What another keeps, in a block.
+PAVEL_WIDE void keptBy(const float* theirs, const float* bisector, float* kept) {
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) kept[v] = -theirs[v] < bisector[v] ? -theirs[v] : bisector[v];
+}
+
 struct SurfaceBlock {
     Coord origin;
+    const float* values;
     BlockMask mask;
 };
 
@@ -316,7 +325,8 @@ std::vector<SurfaceBlock> surfaceBlocks(const WorkTree& tree) {
     SurfaceBlock block;
     for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
         block.origin = leaf->origin();
-        if (besideSurface(leaf->buffer().data(), block.mask)) blocks.push_back(block);
+        block.values = leaf->buffer().data();
+        if (besideSurface(block.values, block.mask)) blocks.push_back(block);
     }
     std::sort(blocks.begin(), blocks.end(),
               [](const SurfaceBlock& a, const SurfaceBlock& b) { return a.origin < b.origin; });
@@ -373,17 +383,19 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
     };
 
     const std::vector<SurfaceBlock> surface = surfaceBlocks(*e.placed);
-    // Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(origin, v): its
-    // value at a voxel, without interpolation.
+    // Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(block, values): its
+    // values in a block, without interpolation, or false where it does not come there.
     const auto rimWith = [&](const auto& taken, const auto& near, const CoordBBox& box, int self) {
         std::vector<RimPoint> points;
-        for (const auto& [origin, mask] : surface) {
-            if (!box.hasOverlap(CoordBBox(origin, origin.offsetBy(7)))) continue;
-            const auto valueAt = near(origin);
-            if (!valueAt) continue;
+        float values[512];
+        BlockMask mask;
+        for (const SurfaceBlock& block : surface) {
+            if (!box.hasOverlap(CoordBBox(block.origin, block.origin.offsetBy(7)))) continue;
+            if (!near(block, values) || !besideSurface(values, mask)) continue;
+            for (size_t row = 0; row < 64; ++row) mask[row] &= block.mask[row];
             for (int v = 0; v < 512; ++v) {
-                if (!testMask(mask, v) || std::abs(valueAt(v)) > kBeside) continue;
-                Vec3 p = centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
+                if (!testMask(mask, v)) continue;
+                Vec3 p = centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
                 if (!snapToCurve(taken, onSurface, p)) continue;
                 const bool covered = (self >= 0 && base && sampleAt(solid, p) < -0.3) ||
                                      std::any_of(cutters.begin(), cutters.end(),
@@ -393,37 +405,25 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         }
         return thinned(std::move(points));
     };
-    /// Values of a leaf, or none.
-    struct LeafValues {
-        const float* values = nullptr;
-        explicit operator bool() const { return values; }
-        float operator()(int v) const { return values[v]; }
-    };
-    struct CutterValues {
-        const float* values;  // null: all inside
-        const Cutter* cutter;
-        Coord origin;
-        bool any;
-        explicit operator bool() const { return any; }
-        float operator()(int v) const {
-            const float phi = values ? values[v] : -kBand;
-            if (phi > kBeside) return -phi;
-            return float(cutter->taken(phi, centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
-        }
-    };
-    const auto nearBase = [&](const Coord& origin) {
-        const auto* leaf = solid.probeConstLeaf(origin);
-        return LeafValues{leaf ? leaf->buffer().data() : nullptr};
+    const auto nearBase = [&](const SurfaceBlock& block, float* values) {
+        const auto* leaf = solid.probeConstLeaf(block.origin);
+        if (leaf) std::copy_n(leaf->buffer().data(), 512, values);
+        return leaf != nullptr;
     };
     for (const Cutter& c : cutters) {
         CoordBBox shared = e.box;
         shared.intersect(all[size_t(c.index)].box);
         if (shared.empty()) continue;
         // The rim lies on the other's surface, or, where that is the farther one, on the bisector within it.
-        const auto nearCutter = [&](const Coord& origin) {
-            const WorkLeaf* leaf = all[size_t(c.index)].placed->probeConstLeaf(origin);
-            const bool inside = !leaf && all[size_t(c.index)].placed->getValue(origin) < 0;
-            return CutterValues{leaf ? leaf->buffer().data() : nullptr, &c, origin, leaf || inside};
+        const auto nearCutter = [&](const SurfaceBlock& block, float* values) {
+            const WorkTree& placed = *all[size_t(c.index)].placed;
+            const WorkLeaf* leaf = placed.probeConstLeaf(block.origin);
+            if (!leaf && placed.getValue(block.origin) > 0) return false;
+            const float* theirs = leaf ? leaf->buffer().data() : uniformValues(true);
+            float bisector[512];
+            c.g.over(block.origin, 1, block.values, theirs, bisector);
+            keptBy(theirs, bisector, values);
+            return true;
         };
         const std::vector<RimPoint> points = rimWith(c, nearCutter, shared, c.index);
         if (points.empty()) continue;

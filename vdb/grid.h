@@ -7,6 +7,8 @@
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/SignedFloodFill.h>
 
+#include <algorithm>
+
 #include "pavel/core/vec.h"
 
 namespace pavel {
@@ -53,6 +55,16 @@ inline Vec3 centreOf(const Coord& c) {
 }
 inline Coord leafOrigin(const Coord& c) {
     return {c[0] & ~7, c[1] & ~7, c[2] & ~7};
+}
+
+/// The values of a leaf that lies deep inside, or far outside.
+inline const float* uniformValues(bool inside) {
+    struct Uniform {
+        float values[512];
+        explicit Uniform(float v) { std::fill(values, values + 512, v); }
+    };
+    static const Uniform in(-kBand), out(kBand);
+    return inside ? in.values : out.values;
 }
 
 /// Rounded down, below zero, too.

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <numeric>
 
+#include "pavel/vdb/bisector.h"
 #include "pavel/vdb/contact.h"
 #include "pavel/vdb/element_index.h"
 #include "pavel/vdb/measure.h"
-#include "pavel/vdb/voxelize.h"
 
 namespace pavel {
 namespace {
@@ -18,6 +18,15 @@ constexpr double kHalfBlock = 3.5 * 1.7320508;
 /// Sets a whole block to one side.
 void fillBlock(WorkTree& tree, const Coord& origin, float value) {
     tree.addTile(1, origin, value, false);
+}
+
+/// Cuts a block by what another keeps.
+PAVEL_WIDE void takeAway(const float* theirs, const float* bisector, float* values) {
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float inOther = -theirs[v], taken = inOther < bisector[v] ? inOther : bisector[v];
+        values[v] = taken > values[v] ? taken : values[v];
+    }
 }
 
 void trimByNeighbour(const WorkElement& element, const WorkElement& other, WorkTree& body) {
@@ -38,18 +47,12 @@ void trimByNeighbour(const WorkElement& element, const WorkElement& other, WorkT
             return;
         }
         if (!leaf) leaf = body.touchLeaf(origin);
-        const WorkLeaf* placedLeaf = element.placed->probeConstLeaf(origin);
-        const float *placed = placedLeaf ? placedLeaf->buffer().data() : nullptr,
-                    *theirs = cut ? cut->buffer().data() : nullptr;
-        float* values = leaf->buffer().data();
-        for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v) {
-            const float inOther = theirs ? -theirs[v] : kBand;
-            if (inOther <= -kBand || values[v] >= kBand) continue;
-            const bool known = g.byDepth() && placed && placed[v] > -kBand && inOther < kBand;
-            const double own = known ? g.fromDistances(placed[v], -inOther) : g(centreOf(leaf->offsetToGlobalCoord(v)));
-            const float taken = std::min(inOther, float(std::clamp(own, -double(kBand), double(kBand))));
-            if (taken > values[v]) values[v] = taken;
-        }
+        const WorkLeaf* placed = element.placed->probeConstLeaf(origin);
+        const float *own = placed ? placed->buffer().data() : uniformValues(true),
+                    *theirs = cut ? cut->buffer().data() : uniformValues(true);
+        float bisector[512];
+        g.over(origin, 1, own, theirs, bisector);
+        takeAway(theirs, bisector, leaf->buffer().data());
     });
 }
 
@@ -86,41 +89,6 @@ void tidy(WorkTree& tree) {
 }
 
 }  // namespace
-
-Bisector::Bisector(const WorkElement& own, const WorkElement& other) {
-    const WorkElement &lo = own.id < other.id ? own : other, &hi = own.id < other.id ? other : own;
-    sign_ = own.id < other.id ? 1 : -1;
-    const Vec3 d = hi.centre - lo.centre;
-    const double l = length(d);
-    const bool loRigid = std::isinf(lo.stiffness), hiRigid = std::isinf(hi.stiffness);
-    const auto same = [](const Vec3& a, const Vec3& b) { return length(a - b) < 1e-6; };
-    const Frame &a = lo.indexFromElement, &b = hi.indexFromElement;
-    const bool byDepth = lo.deep && hi.deep,
-               tied = l < 1e-6 && (!byDepth || (lo.deep == hi.deep && same(a.x, b.x) && same(a.z, b.z)));
-    if (tied || loRigid || hiRigid) {
-        offset_ = hiRigid && !loRigid ? -1e6 : 1e6;  // everything lies on one side
-        return;
-    }
-    rule_ = byDepth ? kDepth : lo.stiffness != hi.stiffness ? kWeighted : kPlane;
-    lo_ = &lo, hi_ = &hi;
-    low_ = lo.centre, high_ = hi.centre;
-    lowStiffness_ = lo.stiffness, highStiffness_ = hi.stiffness;
-    normal_ = d / std::max(l, 1e-9);
-    offset_ = dot(0.5 * (lo.centre + hi.centre), normal_);
-}
-
-double Bisector::weightedDistance(const Vec3& p) const {
-    const Vec3 a = p - low_, b = p - high_;
-    const double la = std::max(length(a), 1e-9), lb = std::max(length(b), 1e-9);
-    const Vec3 slope = a / (la * lowStiffness_) - b / (lb * highStiffness_);
-    return (la / lowStiffness_ - lb / highStiffness_) / std::max(length(slope), 1e-9);
-}
-
-double Bisector::depthAt(const Vec3& p) const {
-    return (lowStiffness_ * placedDistance(*lo_->deep, lo_->indexFromElement, p) -
-            highStiffness_ * placedDistance(*hi_->deep, hi_->indexFromElement, p)) /
-           (lowStiffness_ + highStiffness_);
-}
 
 void findNeighbours(std::vector<WorkElement>& elements) {
     const ElementIndex index(boxesOf(elements));

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "pavel/vdb/bisector.h"
+
 namespace pavel {
 namespace {
 
@@ -36,17 +38,6 @@ bool haveCommon(const std::vector<Coord>& a, const std::vector<Coord>& b) {
     }
     return false;
 }
-
-const std::array<float, 512> kAllIn = [] {
-    std::array<float, 512> values;
-    values.fill(-kBand);
-    return values;
-}();
-const std::array<float, 512> kAllOut = [] {
-    std::array<float, 512> values;
-    values.fill(kBand);
-    return values;
-}();
 
 const std::array<float, 512> kNowhere{};
 
@@ -84,33 +75,28 @@ PAVEL_WIDE std::pair<float, float> clipped(const float* own, float* clip) {
     return {*std::min_element(least, least + kLanes), *std::max_element(most, most + kLanes)};
 }
 
-/// What another holds, as far as the distances to the placed surfaces tell; true where they do not tell all.
-PAVEL_WIDE bool takenBy(const OwnField& a, const OwnField& b, const Bisector& g, float later, float* taken) {
-    const float shareA = float(g.shareOfOwn()), shareB = float(g.shareOfOther());
-    const bool byDepth = g.byDepth();
-    int untold = 0;
+/// What another holds. `bisector`: where both were placed.
+PAVEL_WIDE void takenBy(const OwnField& a, const OwnField& b, const float* bisector, bool byDepth, float later,
+                        float* taken) {
     PAVEL_ROLLED
     for (int v = 0; v < 512; ++v) {
         const float phiA = a.phi[v], phiB = b.phi[v], wayA = a.way[v], wayB = b.way[v], scaleA = a.scale[v],
-                    scaleB = b.scale[v];
+                    scaleB = b.scale[v], side = bisector[v];
         const bool inA = phiA < 0, inBoth = inA & (phiB < 0);
-        const float bisector = shareA * phiA - shareB * phiB, placed = -phiB < bisector ? -phiB : bisector;
+        const float placed = -phiB < side ? -phiB : side;
         const float sum = scaleA + scaleB, product = scaleA * scaleB;
         const float earlier = (wayA * scaleB - wayB * scaleA + later * product) / (sum > 0 ? sum : 1);
         const float ahead = -(phiB < wayB ? phiB : wayB), sooner = ahead < earlier ? ahead : earlier;
         // Near the rims interpolated times are rough: no front may take what only the other was placed on.
-        const float least = byDepth ? bisector : -phiB, most = byDepth ? bisector : phiA,
-                    inOwn = earlier < least ? earlier : least, inOther = sooner > most ? sooner : most,
-                    raced = inA        ? inOwn
-                            : phiB < 0 ? inOther
-                                       : sooner,
-                    alone = inA ? -kBand : ahead;
+        const float least = inA       ? -1e9f
+                            : byDepth ? side
+                                      : phiA,
+                    most = inA ? (byDepth ? side : -phiB) : 1e9f, lower = phiB < 0 ? least : -1e9f,
+                    came = inA ? earlier : sooner, above = came > lower ? came : lower,
+                    raced = above < most ? above : most, alone = inA ? -kBand : ahead;
         const float front = scaleA > 0 ? raced : alone, outside = scaleB > 0 ? front : -phiB;
         taken[v] = inBoth ? placed : outside;
-        const float deeper = phiA < phiB ? phiA : phiB;
-        untold += int(inBoth & (!byDepth | (deeper <= -kBand)));
     }
-    return untold > 0;
 }
 
 }  // namespace
@@ -147,7 +133,7 @@ bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
     const WorkTree& placed = *elements_[size_t(i)].placed;
     const WorkLeaf* leaf = placed.probeConstLeaf(origin);
     const float tile = leaf ? 0 : placed.getValue(origin);
-    field.phi = field.way = leaf ? leaf->buffer().data() : tile < 0 ? kAllIn.data() : kAllOut.data();
+    field.phi = field.way = leaf ? leaf->buffer().data() : uniformValues(tile < 0);
     if (const Front* front = fronts_[size_t(i)].get()) {
         if (const GrowthBlock* block = front->probe(origin)) {
             GrownBlock& made = field.made;
@@ -180,15 +166,9 @@ void RegionBuilder::clipBy(int i, int j, const Coord& origin, const OwnField& a,
     const Bisector g(elements_[size_t(i)], elements_[size_t(j)]);
     const float stopA = fronts_[size_t(i)] ? fronts_[size_t(i)]->stopTime : 0,
                 stopB = fronts_[size_t(j)] ? fronts_[size_t(j)]->stopTime : 0;
-    float taken[512];
-    if (takenBy(a, b, g, stopA - stopB, taken)) {
-        // Where distances do not tell the bisector.
-        for (int v = 0; v < 512; ++v) {
-            if (!(a.phi[v] < 0 && b.phi[v] < 0) || (g.byDepth() && std::min(a.phi[v], b.phi[v]) > -kBand)) continue;
-            const Vec3 p = centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
-            taken[v] = std::min(-b.phi[v], float(factor_ * g(p / factor_)));
-        }
-    }
+    float bisector[512], taken[512];
+    g.over(origin, factor_, a.phi, b.phi, bisector);
+    takenBy(a, b, bisector, g.byDepth(), stopA - stopB, taken);
     for (int v = 0; v < 512; ++v) clip[v] = std::max(clip[v], taken[v]);
 }
 

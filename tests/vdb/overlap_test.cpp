@@ -3,6 +3,7 @@
 #include <openvdb/tools/Composite.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
+#include "pavel/vdb/bisector.h"
 #include "support/elements.h"
 
 namespace pavel {
@@ -225,6 +226,44 @@ TEST(Depth, TheSamePlaceGoesToTheLowerId) {
     test::resolve(deep.elements);
     EXPECT_NEAR(deep.elements[0].bodyVolume, deep.elements[0].placedVolume, 1);
     EXPECT_EQ(deep.elements[1].bodyVoxels, 0u);
+}
+
+TEST(Bisector, BlocksTellTheSameAsPoints) {
+    Frame a, b;
+    b.origin = Vec3(11, 5, -3);
+    for (const bool byDepth : {false, true})
+        for (const double stiffness : {1.0, 1.7}) {
+            DeepElements deep(test::sphere(16, {0, 0, 0}, 96), {a, b});
+            deep.elements[0].stiffness = stiffness;
+            if (!byDepth)
+                for (WorkElement& e : deep.elements) e.deep = nullptr;
+            for (const int own : {0, 1}) {
+                const WorkElement &mine = deep.elements[size_t(own)], &other = deep.elements[size_t(1 - own)];
+                const Bisector g(mine, other);
+                size_t near = 0;
+                forEachBlock(mine.box, [&](const Coord& origin) {
+                    const auto valuesOf = [&](const WorkTree& tree) {
+                        const WorkLeaf* leaf = tree.probeConstLeaf(origin);
+                        return leaf ? leaf->buffer().data() : uniformValues(tree.getValue(origin) < 0);
+                    };
+                    const float *phi = valuesOf(*mine.placed), *theirs = valuesOf(*other.placed);
+                    float values[512];
+                    g.over(origin, 1, phi, theirs, values);
+                    for (int v = 0; v < 512; ++v) {
+                        if (phi[v] >= kBand || theirs[v] >= kBand) continue;
+                        const double exact = g(centreOf(origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v))));
+                        if (std::abs(exact) < Bisector::kSure - 0.1) {
+                            EXPECT_NEAR(values[v], exact, 0.02);
+                            ++near;
+                        } else {
+                            EXPECT_GT(values[v] * exact, 0);
+                            EXPECT_GE(std::abs(values[v]), Bisector::kSure - 0.15f);
+                        }
+                    }
+                });
+                EXPECT_GT(near, 1000u);
+            }
+        }
 }
 
 TEST(Islands, TheLargestPieceStays) {
