@@ -155,62 +155,89 @@ struct FacetRow {
     }
 }
 
-/// One block's distances; null where none is within the band.
-PAVEL_WIDE WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band) {
-    const Coord origin = originOf(first->block);
+/// Squared distances in a block, and on which side their voxels lie.
+struct BlockDistances {
+    Coord origin;
     double distance2[512];
-    bool inside[512];
-    std::fill(distance2, distance2 + 512, double(band) * band);
-    bool any = false;
-    FacetRow ahead;
-    constexpr double kOn = 1e-9;  // rounding shall not tell the side of voxels that lie in a facet's plane
-    // Edges and corners are costly, and rarely the nearest once all facets have been asked for their insides.
-    struct Beside {
-        int facet, voxel;
-        double bound;
-    };
-    static thread_local std::vector<Beside> beside;
-    beside.clear();
+    double above[512];  ///< negative inside
+};
+
+/// The rows of a block that a facet comes near to: calls f(first voxel, row's start).
+template <class F>
+[[gnu::always_inline]] inline void forRowsNear(const Facet& facet, const Coord& origin, float band, F f) {
+    int lo[2], hi[2];
+    for (int k = 0; k < 2; ++k) {
+        lo[k] = std::max(0, int(std::ceil(std::min({facet.a[k], facet.b[k], facet.c[k]}) - band)) - origin[k]);
+        hi[k] = std::min(7, int(std::floor(std::max({facet.a[k], facet.b[k], facet.c[k]}) + band)) - origin[k]);
+    }
+    for (int x = lo[0]; x <= hi[0]; ++x)
+        for (int y = lo[1]; y <= hi[1]; ++y) f(x * 64 + y * 8, Vec3(origin[0] + x, origin[1] + y, origin[2]));
+}
+
+/// Of the voxels over the insides of facets: nearly all.
+PAVEL_WIDE void fromInsides(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band,
+                            BlockDistances& block) {
+    FacetRow row;
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& f = facets[size_t(m->facet)];
-        int lo[3], hi[3];
-        for (int k = 0; k < 3; ++k) {
-            lo[k] = std::max(0, int(std::ceil(std::min({f.a[k], f.b[k], f.c[k]}) - band)) - origin[k]);
-            hi[k] = std::min(7, int(std::floor(std::max({f.a[k], f.b[k], f.c[k]}) + band)) - origin[k]);
-        }
-        for (int x = lo[0]; x <= hi[0]; ++x)
-            for (int y = lo[1]; y <= hi[1]; ++y) {
-                along(f, Vec3(origin[0] + x, origin[1] + y, origin[2]), ahead);
-                for (int z = lo[2]; z <= hi[2]; ++z) {
-                    const int v = x * 64 + y * 8 + z;
-                    if (ahead.bound[z] >= distance2[v]) continue;
-                    if (ahead.within[z] > 0) {
-                        any = true;
-                        distance2[v] = ahead.bound[z];
-                        inside[v] = ahead.above[z] < -kOn;
-                    } else {
-                        beside.push_back({m->facet, v, ahead.bound[z]});
-                    }
+        forRowsNear(
+            f, block.origin, band, [&](int v, const Vec3& start) __attribute__((always_inline)) {
+                along(f, start, row);
+                double *distance2 = block.distance2 + v, *above = block.above + v;
+                PAVEL_ROLLED
+                for (int z = 0; z < 8; ++z) {
+                    const bool nearer = (row.within[z] > 0) & (row.bound[z] < distance2[z]);
+                    distance2[z] = nearer ? row.bound[z] : distance2[z];
+                    above[z] = nearer ? row.above[z] : above[z];
                 }
-            }
+            });
     }
-    for (const Beside& b : beside) {
-        if (b.bound >= distance2[b.voxel]) continue;
-        const Vec3* normal = nullptr;
-        const Vec3 p(origin[0] + (b.voxel >> 6), origin[1] + (b.voxel >> 3 & 7), origin[2] + (b.voxel & 7)),
-            d = fromNearest(facets[size_t(b.facet)], p, normal);
-        const double d2 = dot(d, d);
-        if (d2 >= distance2[b.voxel]) continue;
-        distance2[b.voxel] = d2;
-        inside[b.voxel] = dot(d, *normal) < 0;
-        any = true;
+}
+
+/// Of those that are nearer to an edge or a corner: costly, and rare once all insides have been asked.
+PAVEL_WIDE void fromRims(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band,
+                         BlockDistances& block) {
+    FacetRow row;
+    for (const Meeting* m = first; m != last; ++m) {
+        const Facet& f = facets[size_t(m->facet)];
+        forRowsNear(
+            f, block.origin, band, [&](int v, const Vec3& start) __attribute__((always_inline)) {
+                along(f, start, row);
+                double* distance2 = block.distance2 + v;
+                int maybe = 0;
+                PAVEL_ROLLED
+                for (int z = 0; z < 8; ++z) maybe |= int((row.within[z] <= 0) & (row.bound[z] < distance2[z])) << z;
+                for (int z = 0; maybe >> z; ++z) {
+                    if (!(maybe >> z & 1)) continue;
+                    const Vec3* normal = nullptr;
+                    const Vec3 d = fromNearest(f, start + Vec3(0, 0, z), normal);
+                    const double d2 = dot(d, d);
+                    if (d2 >= distance2[z]) continue;
+                    distance2[z] = d2;
+                    block.above[v + z] = dot(d, *normal) < 0 ? -1 : 1;
+                }
+            });
     }
-    if (!any) return nullptr;
-    auto leaf = std::make_unique<WorkLeaf>(origin, band, false);
+}
+
+/// One block's distances; null where none is within the band.
+WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band) {
+    constexpr double kOn = 1e-9;  // rounding shall not tell the side of voxels that lie in a facet's plane
+    const double most = double(band) * band;
+    BlockDistances block;
+    block.origin = originOf(first->block);
+    std::fill(block.distance2, block.distance2 + 512, most);
+    std::fill(block.above, block.above + 512, 1);
+    fromInsides(facets, first, last, band, block);
+    fromRims(facets, first, last, band, block);
+    if (std::all_of(block.distance2, block.distance2 + 512, [&](double d2) { return d2 >= most; })) return nullptr;
+    auto leaf = std::make_unique<WorkLeaf>(block.origin, band, false);
+    float* values = leaf->buffer().data();
     for (openvdb::Index v = 0; v < 512; ++v) {
-        if (!(distance2[v] < double(band) * band)) continue;
-        const float d = std::max(float(std::sqrt(distance2[v])), 1e-6f);  // zero would be no side at all
-        leaf->setValueOn(v, inside[v] ? -d : d);
+        if (!(block.distance2[v] < most)) continue;
+        const float d = std::max(float(std::sqrt(block.distance2[v])), 1e-6f);  // zero would be no side at all
+        values[v] = block.above[v] < -kOn ? -d : d;
+        leaf->setValueOn(v);
     }
     return leaf.release();
 }
