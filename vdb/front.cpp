@@ -237,9 +237,19 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
         }
         if (state != kGhost) return;
     }
+    pushBeside(block, v, stopTimes);
+}
+
+/// Gives the neighbours of an accepted voxel their times.
+void Front::pushBeside(GrowthBlock* block, int v, const std::vector<float>& stopTimes) {
+    bool leftOut = false;
     for (int side = 0; side < 6; ++side) {
         int n;
-        GrowthBlock* other = stepOrMake(block, v, side, n);
+        GrowthBlock* other = limits_ ? step(block, v, side, n) : stepOrMake(block, v, side, n);
+        if (!other || !mayEnter(*other, n)) {
+            leftOut = true;
+            continue;
+        }
         const VoxelState s = other->state(n);
         if (s != kFar && s != kTrial) continue;
         const double speed = speedOf(other, n);
@@ -260,6 +270,7 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
         const bool waits = other->hasTime(n);  // its time is no later than its wedge's
         push(other, n, waits ? t : std::min(t, wedgeArrival(*other, n)));
     }
+    if (leftOut) leftOut_.push_back(uint32_t(block->number) * 512 + uint32_t(v));
 }
 
 void Front::march(double until, const std::vector<float>& stopTimes, bool claiming) {
@@ -274,6 +285,66 @@ void Front::march(double until, const std::vector<float>& stopTimes, bool claimi
         if (claiming) lastArrival = next.time();
         speedKnown_ = false;
     }
+}
+
+/// The front before a time and the body beside it, and layers of voxels around them.
+std::vector<VoxelMask> Front::around(double horizon, int layers) {
+    std::vector<VoxelMask> masks(blocks.size()), timed(blocks.size());
+    for (GrowthBlock& block : blocks)
+        block.forEachVoxel([&](int v, const GrowthCell& cell, int i) {
+            if (!(cell.time[i] < kNever) || block.untouched(v) == kBody) return;
+            timed[size_t(block.number)].setOn(openvdb::Index(v));
+            if (cell.state[i] == kReal && double(cell.time[i]) <= horizon)
+                masks[size_t(block.number)].setOn(openvdb::Index(v));
+        });
+    const auto beside = [&](const std::vector<VoxelMask>& of, const GrowthBlock& block) {
+        const VoxelMask* sides[6];
+        for (int side = 0; side < 6; ++side)
+            sides[side] = block.next[side] ? &of[size_t(block.next[side]->number)] : nullptr;
+        return besideMask(of[size_t(block.number)], sides);
+    };
+    for (const GrowthBlock& block : blocks) {
+        VoxelMask body = beside(timed, block);
+        body &= block.body;
+        masks[size_t(block.number)] |= body;
+    }
+    for (int layer = 0; layer < layers; ++layer) {
+        const size_t made = blocks.size();
+        for (size_t k = 0; k < made; ++k)
+            for (int side = 0; side < 6; ++side) {
+                if (blocks[k].next[side] || !touchesFace(masks[k], side)) continue;
+                Coord c = blocks[k].origin;
+                c[side / 2] += side % 2 ? 8 : -8;
+                make(c);
+            }
+        masks.resize(blocks.size());
+        std::vector<VoxelMask> wider = masks;
+        for (const GrowthBlock& block : blocks) wider[size_t(block.number)] |= beside(masks, block);
+        masks.swap(wider);
+    }
+    return masks;
+}
+
+void Front::marchBeyond(double horizon, int layers, const std::vector<float>& stopTimes) {
+    std::vector<uint32_t> goOn;
+    goOn.swap(leftOut_);
+    for (const uint32_t voxel : goOn) pushBeside(&blocks[voxel / 512], int(voxel % 512), stopTimes);
+    march(horizon, stopTimes, false);
+    const std::vector<VoxelMask> limits = around(horizon, layers);
+    limits_ = &limits;
+    Queue all;
+    all.swap(heap_);
+    std::vector<Arrival> waiting;
+    for (const Arrival& next : all) {
+        if (mayEnter(blocks[next.voxel() / 512], int(next.voxel() % 512)))
+            heap_.push(next);
+        else
+            waiting.push_back(next);
+    }
+    march(std::numeric_limits<double>::infinity(), stopTimes, false);
+    for (const Arrival& next : waiting) heap_.push(next);
+    limits_ = nullptr;
+    speedKnown_ = false;
 }
 
 void Front::commit() {
@@ -329,6 +400,7 @@ double Front::frontSpeed() {
         const int v = int(h.voxel() % 512);
         if (block.state(v) == kTrial && block.time(v) == h.time()) most = std::max(most, speedAt(block.contact(v)));
     }
+    for (const uint32_t voxel : leftOut_) most = std::max(most, speedAt(blocks[voxel / 512].contact(int(voxel % 512))));
     speedKnown_ = true;
     return speed_ = most;
 }
@@ -348,6 +420,7 @@ bool Front::widen() {
             cell.time[i] = kNever;
         });
     heap_.clear();
+    leftOut_.clear();
     speedKnown_ = false;
     dormant_ = false;
     claimed_.clear();

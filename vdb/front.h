@@ -77,6 +77,9 @@ class Front {
     void start();
     /// Accepts all voxels that arrive before `until`. stopTimes[id]: when others stopped (infinity while they grow).
     void march(double until, const std::vector<float>& stopTimes, bool claiming);
+    /// Goes on past the end of a front that has stopped, so that times are known on both sides of it: accepts what
+    /// arrives before `horizon`, and `layers` of voxels around that and around the body, whenever they arrive.
+    void marchBeyond(double horizon, int layers, const std::vector<float>& stopTimes);
     /// Enters the claims of the last march into the shared clock.
     void commit();
     /// Counts the claims that won; the others become ghosts. Sets stopTime when the volume is back.
@@ -84,10 +87,12 @@ class Front {
     /// Gives back claims later than the stop time.
     void release();
     /// Frees the queue: no more marching after this.
-    void dropQueue() { Queue().swap(heap_), std::vector<Arrival>().swap(claimed_); }
+    void dropQueue() {
+        Queue().swap(heap_), std::vector<Arrival>().swap(claimed_), std::vector<uint32_t>().swap(leftOut_);
+    }
     /// The next arrival that waits, or infinity.
     double nextArrival() const;
-    /// Largest speed on the waiting front.
+    /// Largest speed on the waiting front, or where it was left waiting.
     double frontSpeed();
     /// Gives everything back, to start() anew with b a step wider: pieces of time marched at several speeds would leave
     /// a craggy surface. Where it comes earlier than another then, the other loses ground. False when the limit is
@@ -169,6 +174,12 @@ class Front {
     GrowthCell& touch(GrowthBlock& block, int v);
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
+    void pushBeside(GrowthBlock* block, int v, const std::vector<float>& stopTimes);
+    std::vector<VoxelMask> around(double horizon, int layers);
+    bool mayEnter(const GrowthBlock& block, int v) const {
+        return !limits_ ||
+               (size_t(block.number) < limits_->size() && (*limits_)[size_t(block.number)].isOn(openvdb::Index(v)));
+    }
     void push(GrowthBlock* block, int v, double time);
     void enter(GrowthBlock& block, int v);
 
@@ -180,9 +191,11 @@ class Front {
     Queue heap_;
     double speed_ = 0;  // of the waiting front, where it is known
     bool speedKnown_ = false;
-    bool changed_ = false;          // since it was finished
-    bool dormant_ = false;          // touched free voxels where the speed is zero
-    std::vector<Arrival> claimed_;  // in the last round
+    bool changed_ = false;                            // since it was finished
+    bool dormant_ = false;                            // touched free voxels where the speed is zero
+    std::vector<Arrival> claimed_;                    // in the last round
+    const std::vector<VoxelMask>* limits_ = nullptr;  // by block, of where to go; null: everywhere
+    std::vector<uint32_t> leftOut_;                   // accepted voxels beside which the limits left some out
 };
 
 }  // namespace pavel

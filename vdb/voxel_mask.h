@@ -22,4 +22,13 @@ inline VoxelMask besideMask(const VoxelMask& mask, const VoxelMask* const sides[
     return beside;
 }
 
+/// Does a mask hold voxels at the leaf's face -x +x -y +y -z +z?
+inline bool touchesFace(const VoxelMask& mask, int side) {
+    constexpr uint64_t kFace[6] = {~uint64_t(0),       ~uint64_t(0),       0xff,
+                                   0xff00000000000000, 0x0101010101010101, 0x8080808080808080};
+    for (int x = side == 1 ? 7 : 0; x < (side == 0 ? 1 : 8); ++x)
+        if (mask.getWord<uint64_t>(openvdb::Index(x)) & kFace[side]) return true;
+    return false;
+}
+
 }  // namespace pavel

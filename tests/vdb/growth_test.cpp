@@ -5,6 +5,7 @@
 
 #include "pavel/vdb/level_set_mesh.h"
 #include "pavel/vdb/packed_grids.h"
+#include "pavel/vdb/recovery_function.h"
 #include "pavel/vdb/redistance.h"
 #include "pavel/vdb/region_builder.h"
 #include "support/elements.h"
@@ -97,6 +98,32 @@ TEST(Growth, BulgesNearTheContactAndNowhereElse) {
         if (*it < 0) most = std::max(most, length(centreOf(it.getCoord()) - e.centre));
     EXPECT_GT(most, 20.5);  // the collar stands out
     EXPECT_LT(most, 27);
+}
+
+TEST(Growth, TimesAreKnownOnBothSidesOfTheEndHoweverSlowTheFront) {
+    const Pair p = grownPair(30, Material{0.1, 0.3});
+    const Front& front = *p.growth->front(0);
+    size_t slow = 0;
+    for (const GrowthBlock& block : front.blocks)
+        block.forEachVoxel([&](int v, const GrowthCell& cell, int i) {
+            if (cell.state[i] != kReal || cell.time[i] > front.stopTime) return;
+            for (int axis = 0; axis < 3; ++axis)
+                for (const int way : {-2, -1, 1, 2}) {
+                    Coord c = block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+                    c[axis] += way;
+                    const GrowthBlock* other = front.probe(leafOrigin(c));
+                    const int n = int(WorkLeaf::coordToOffset(c));
+                    const double speed =
+                        recoveryFunction((*front.element.contact)(centreOf(c)) / front.element.size, front.a, front.b);
+                    // It does not go where its speed ends, nor far into what the other holds.
+                    if (speed <= 0 || sampleAt(*p.elements[0].placed, centreOf(c)) < 0 ||
+                        sampleAt(*p.packed[1], centreOf(c)) < 1)
+                        continue;
+                    ASSERT_TRUE(other && other->hasTime(n)) << c;
+                    slow += speed < 0.1;
+                }
+        });
+    EXPECT_GT(slow, 50u);
 }
 
 /// Angles between the normals of faces that share an edge, degrees, sorted; of edges that `keep` takes by their middle.
