@@ -10,6 +10,24 @@ namespace {
 constexpr float kNever = GrowthBlock::kNever;
 constexpr double kTrusted = 1;  // voxels from the rim within which a distance tells no angle
 
+/// Godunov's upwind solution of |grad T| = 1 / speed from the earliest times along the axes, kNever for none.
+double arrival(const float times[3], double speed) {
+    double a = times[0], b = times[1], c = times[2];
+    if (a > b) std::swap(a, b);
+    if (b > c) std::swap(b, c);
+    if (a > b) std::swap(a, b);
+    if (a >= kNever) return kNever;
+    const double slowness = 1 / speed;
+    double result = a + slowness;
+    if (result <= b) return result;
+    double sum = a + b, squares = a * a + b * b, disc = sum * sum - 2 * (squares - slowness * slowness);
+    if (disc < 0) return result;
+    result = (sum + std::sqrt(disc)) / 2;
+    if (result <= c) return result;
+    sum += c, squares += c * c, disc = sum * sum - 3 * (squares - slowness * slowness);
+    return disc < 0 ? result : (sum + std::sqrt(disc)) / 3;
+}
+
 /// The voxels of a leaf that are not in the body, but beside it.
 VoxelMask besideBody(const BodyTree& body, const BodyTree::LeafNodeType& leaf) {
     VoxelMask all;
@@ -165,38 +183,24 @@ void Front::enter(GrowthBlock& block, int v) {
     push(&block, v, wedge < kNever ? wedge : std::max(0.f, phi) / speed);
 }
 
-/// Godunov's upwind solution of |grad T| = 1 / speed from the accepted neighbours.
-double Front::arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const {
-    double t[3];
-    int count = 0;
+Front::Upwind Front::upwind(GrowthBlock* block, int v) {
+    Upwind times;
     for (int axis = 0; axis < 3; ++axis) {
-        double best = kNever;
+        float held = kNever, any = kNever;
         for (int side = 2 * axis; side < 2 * axis + 2; ++side) {
             int n;
             const GrowthBlock* other = step(block, v, side, n);
-            if (!other) continue;
-            const GrowthCell* cell = other->cellAt(n);
+            const GrowthCell* cell = other ? other->cellAt(n) : nullptr;
             if (!cell) continue;
             const int i = GrowthBlock::inCell(n);
             const uint8_t s = cell->state[i];
-            if (s == kReal || (withGhosts && s == kGhost)) best = std::min(best, double(cell->time[i]));
+            const float time = cell->time[i];
+            if (s == kReal) held = std::min(held, time);
+            if (s == kReal || s == kGhost) any = std::min(any, time);
         }
-        if (best >= kNever) continue;
-        int k = count++;  // insertion sort
-        for (; k > 0 && t[k - 1] > best; --k) t[k] = t[k - 1];
-        t[k] = best;
+        times.held[axis] = held, times.any[axis] = any;
     }
-    if (count == 0) return kNever;
-    const double slowness = 1 / speed;
-    double result = t[0] + slowness, sum = t[0], squares = t[0] * t[0];
-    for (int k = 1; k < count && result > t[k]; ++k) {
-        sum += t[k];
-        squares += t[k] * t[k];
-        const double m = k + 1, disc = sum * sum - m * (squares - slowness * slowness);
-        if (disc < 0) break;
-        result = (sum + std::sqrt(disc)) / m;
-    }
-    return result;
+    return times;
 }
 
 bool Front::heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const {
@@ -257,14 +261,15 @@ void Front::pushBeside(GrowthBlock* block, int v, const std::vector<float>& stop
             dormant_ = true;
             continue;
         }
-        double t = arrival(other, n, speed, false);
+        const Upwind times = upwind(other, n);
+        double t = arrival(times.held, speed);
         if (t >= kNever) {
-            t = arrival(other, n, speed, true);
+            t = arrival(times.any, speed);
             if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
         } else if (heldByOther(other, n, float(t), stopTimes)) {
             // Along a face the way there runs through ghosts. It may not come out earlier than the holder's, though.
             const float held = claimTime(other->claims->claims[n].load(std::memory_order_relaxed));
-            t = std::max(arrival(other, n, speed, true), double(std::nextafter(held, kNever)));
+            t = std::max(arrival(times.any, speed), double(std::nextafter(held, kNever)));
         }
         if (t >= kNever) continue;
         const bool waits = other->hasTime(n);  // its time is no later than its wedge's
@@ -292,7 +297,7 @@ std::vector<VoxelMask> Front::around(double horizon, int layers) {
     std::vector<VoxelMask> masks(blocks.size()), timed(blocks.size());
     for (GrowthBlock& block : blocks)
         block.forEachVoxel([&](int v, const GrowthCell& cell, int i) {
-            if (!(cell.time[i] < kNever) || block.untouched(v) == kBody) return;
+            if (!(cell.time[i] < kNever) || cell.state[i] == kInner) return;
             timed[size_t(block.number)].setOn(openvdb::Index(v));
             if (cell.state[i] == kReal && double(cell.time[i]) <= horizon)
                 masks[size_t(block.number)].setOn(openvdb::Index(v));

@@ -17,6 +17,28 @@ namespace pavel {
 /// Inner voxels belong to the body, too: the front's way runs on into them, backwards, at their neighbours' mean scale.
 enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody, kInner };
 
+/// For a voxel of a leaf: its place among the cells of 4^3 (cell * 64 + index there, both x slowest) and back, and its
+/// face neighbours at -x +x -y +y -z +z: index in their leaf, with kNext where that is the next one. Marching asks for
+/// little else.
+struct LeafTables {
+    static constexpr uint16_t kNext = 512;
+    uint16_t place[512], voxel[512], beside[6][512];
+    constexpr LeafTables() : place(), voxel(), beside() {
+        for (int v = 0; v < 512; ++v) {
+            const int x = v >> 6, y = v >> 3 & 7, z = v & 7, cell = (x >> 2) << 2 | (y >> 2) << 1 | z >> 2;
+            place[v] = uint16_t(cell << 6 | (x & 3) << 4 | (y & 3) << 2 | (z & 3));
+            voxel[place[v]] = uint16_t(v);
+            const int at[3] = {x, y, z}, step[3] = {64, 8, 1};
+            for (int side = 0; side < 6; ++side) {
+                const int axis = side / 2, way = side % 2 ? 1 : -1;
+                const bool next = at[axis] == (way > 0 ? 7 : 0);
+                beside[side][v] = uint16_t((v + (next ? -7 : 1) * way * step[axis]) | (next ? kNext : 0));
+            }
+        }
+    }
+};
+inline constexpr LeafTables kLeafTables;
+
 /// 4^3 voxels that the front touched.
 struct GrowthCell {
     static constexpr int kCount = 64;
@@ -38,12 +60,9 @@ struct GrowthBlock {
     VoxelMask body;
     GrowthCell* cells[8] = {};  ///< null until the front touches one
 
-    static int cellOf(int v) { return (v >> 8 & 1) << 2 | (v >> 5 & 1) << 1 | (v >> 2 & 1); }
-    static int inCell(int v) { return (v >> 6 & 3) << 4 | (v >> 3 & 3) << 2 | (v & 3); }
-    static int voxelOf(int cell, int i) {
-        return ((cell >> 2) * 4 + (i >> 4)) << 6 | ((cell >> 1 & 1) * 4 + (i >> 2 & 3)) << 3 |
-               ((cell & 1) * 4 + (i & 3));
-    }
+    static int cellOf(int v) { return kLeafTables.place[v] >> 6; }
+    static int inCell(int v) { return kLeafTables.place[v] & 63; }
+    static int voxelOf(int cell, int i) { return kLeafTables.voxel[cell << 6 | i]; }
     const GrowthCell* cellAt(int v) const { return cells[cellOf(v)]; }
     VoxelState untouched(int v) const { return body.isOn(openvdb::Index(v)) ? kBody : kFar; }
     VoxelState state(int v) const {
@@ -156,17 +175,16 @@ class Front {
     GrowthBlock* make(const Coord& origin);
     /// Neighbouring voxel: its block (null where there is none) and index.
     static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n) {
-        constexpr int kStep[3] = {64, 8, 1};
-        const int axis = side / 2, x = v / kStep[axis] & 7;
-        if (side % 2 ? x < 7 : x > 0) {
-            n = v + (side % 2 ? kStep[axis] : -kStep[axis]);
-            return block;
-        }
-        n = v + (side % 2 ? -7 : 7) * kStep[axis];
-        return block->next[side];
+        const int at = kLeafTables.beside[side][v];
+        n = at & (LeafTables::kNext - 1);
+        return at & LeafTables::kNext ? block->next[side] : block;
     }
     GrowthBlock* stepOrMake(GrowthBlock* block, int v, int side, int& n);
-    double arrival(GrowthBlock* block, int v, double speed, bool withGhosts) const;
+    /// The earliest times beside a voxel along each axis, of what the front holds, and of ghosts, too.
+    struct Upwind {
+        float held[3], any[3];
+    };
+    static Upwind upwind(GrowthBlock* block, int v);
     double speedAt(double contact) const;
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;

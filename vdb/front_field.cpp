@@ -82,9 +82,10 @@ void Front::finish() {
     std::vector<VoxelMask> timed(blocks.size());
     for (GrowthBlock& block : blocks)
         block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
-            if (block.untouched(v) == kBody)
+            if (!(cell.time[i] < kNever)) return;
+            if (cell.state[i] == kInner)
                 cell.state[i] = kBody, cell.time[i] = kNever, cell.contact[i] = -1;
-            else if (cell.time[i] < kNever)
+            else
                 timed[size_t(block.number)].setOn(openvdb::Index(v));
         });
     // Layer by layer: the voxels of the body beside those that have times.
