@@ -24,7 +24,13 @@ Sample sampleWithGradient(const Reader& reader, const Vec3& p) {
     const Coord lo(int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2])));
     const double u = p[0] - lo[0], v = p[1] - lo[1], w = p[2] - lo[2];
     double c[8];
-    for (int n = 0; n < 8; ++n) c[n] = double(reader.getValue(lo.offsetBy(n >> 2, n >> 1 & 1, n & 1)));
+    const auto* leaf = reader.probeConstLeaf(lo);
+    if (leaf && (lo[0] & 7) < 7 && (lo[1] & 7) < 7 && (lo[2] & 7) < 7) {
+        const float* at = leaf->buffer().data() + WorkLeaf::coordToOffset(lo);
+        for (int n = 0; n < 8; ++n) c[n] = double(at[64 * (n >> 2) + 8 * (n >> 1 & 1) + (n & 1)]);
+    } else {
+        for (int n = 0; n < 8; ++n) c[n] = double(reader.getValue(lo.offsetBy(n >> 2, n >> 1 & 1, n & 1)));
+    }
     const auto mix = [](double a, double b, double t) { return a + (b - a) * t; };
     const double a = mix(c[0], c[1], w), b = mix(c[2], c[3], w), d = mix(c[4], c[5], w), e = mix(c[6], c[7], w);
     return {mix(mix(a, b, v), mix(d, e, v), u),
@@ -282,7 +288,11 @@ PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
             PAVEL_ROLLED
             for (int k = 0; k < RimLanes::kCount; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
         }
-        const double least = *std::min_element(best, best + RimLanes::kCount);
+        for (int n = RimLanes::kCount / 2; n > 0; n /= 2) {
+            PAVEL_ROLLED
+            for (int k = 0; k < n; ++k) best[k] = best[k + n] < best[k] ? best[k + n] : best[k];
+        }
+        const double least = best[0];
         if (least < 1e-8) return 0;
         sum += 1 / (least * least);  // d^-4
     }
