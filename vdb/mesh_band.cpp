@@ -132,28 +132,51 @@ std::vector<Meeting> meetings(const std::vector<Facet>& facets, double band) {
     return all;
 }
 
-/// A facet's plane and the planes through its edges along a row of voxels.
-struct FacetRow {
-    double above[8];   ///< the facet's plane
-    double within[8];  ///< the nearest edge's, positive over the facet's inside
-    double bound[8];   ///< no more than the squared distance to the facet, and equal to it over its inside
+/// A facet's plane and the planes through its edges ab, bc, ca, in a block: values at its first voxel, and slopes.
+struct FacetPlanes {
+    double at[4], x[4], y[4], z[4];
+    FacetPlanes(const Facet& f, const Vec3& first) {
+        const Vec3* normals[4] = {&f.normal, &f.in[0], &f.in[1], &f.in[2]};
+        const Vec3* through[4] = {&f.a, &f.a, &f.b, &f.c};
+        for (int k = 0; k < 4; ++k) {
+            const Vec3& n = *normals[k];
+            at[k] = dot(first - *through[k], n), x[k] = n[0], y[k] = n[1], z[k] = n[2];
+        }
+    }
 };
 
-[[gnu::always_inline]] inline void along(const Facet& f, const Vec3& start, FacetRow& row) {
-    const double height = dot(start - f.a, f.normal), ab = dot(start - f.a, f.in[0]), bc = dot(start - f.b, f.in[1]),
-                 ca = dot(start - f.c, f.in[2]);
-    const double up = f.normal[2], upAb = f.in[0][2], upBc = f.in[1][2], upCa = f.in[2][2];
-    PAVEL_ROLLED
-    for (int z = 0; z < 8; ++z) {
-        const double above = height + z * up, inAb = ab + z * upAb, inBc = bc + z * upBc, inCa = ca + z * upCa;
-        double least = inAb < inBc ? inAb : inBc;
-        least = inCa < least ? inCa : least;
-        const double out = least < 0 ? least : 0;
-        row.above[z] = above;
-        row.bound[z] = above * above + out * out;
-        row.within[z] = least;
+/// The same along a row of voxels.
+struct FacetRow {
+    double first[4], last[4];  ///< of each plane: linear between
+    double above[8];           ///< the facet's plane
+    double within[8];          ///< the nearest edge's, positive over the facet's inside
+    double bound[8];           ///< no more than the squared distance to the facet, and equal to it over its inside
+
+    [[gnu::always_inline]] void start(const FacetPlanes& p, int x, int y) {
+        for (int k = 0; k < 4; ++k) {
+            first[k] = p.at[k] + x * p.x[k] + y * p.y[k];
+            last[k] = first[k] + 7 * p.z[k];
+        }
     }
-}
+    /// Does the whole row lie farther than this on one side of a plane?
+    [[gnu::always_inline]] bool beyond(int k, double far) const { return first[k] > far && last[k] > far; }
+    [[gnu::always_inline]] bool before(int k, double far) const { return first[k] < far && last[k] < far; }
+
+    [[gnu::always_inline]] void fill(const FacetPlanes& p) {
+        const double height = first[0], ab = first[1], bc = first[2], ca = first[3];
+        const double up = p.z[0], upAb = p.z[1], upBc = p.z[2], upCa = p.z[3];
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z) {
+            const double over = height + z * up, inAb = ab + z * upAb, inBc = bc + z * upBc, inCa = ca + z * upCa;
+            double least = inAb < inBc ? inAb : inBc;
+            least = inCa < least ? inCa : least;
+            const double out = least < 0 ? least : 0;
+            above[z] = over;
+            bound[z] = over * over + out * out;
+            within[z] = least;
+        }
+    }
+};
 
 /// Squared distances in a block, and on which side their voxels lie.
 struct BlockDistances {
@@ -162,7 +185,7 @@ struct BlockDistances {
     double above[512];  ///< negative inside
 };
 
-/// The rows of a block that a facet comes near to: calls f(first voxel, row's start).
+/// The rows of a block that a facet's box comes near to: calls f(x, y).
 template <class F>
 [[gnu::always_inline]] inline void forRowsNear(const Facet& facet, const Coord& origin, float band, F f) {
     int lo[2], hi[2];
@@ -171,7 +194,7 @@ template <class F>
         hi[k] = std::min(7, int(std::floor(std::max({facet.a[k], facet.b[k], facet.c[k]}) + band)) - origin[k]);
     }
     for (int x = lo[0]; x <= hi[0]; ++x)
-        for (int y = lo[1]; y <= hi[1]; ++y) f(x * 64 + y * 8, Vec3(origin[0] + x, origin[1] + y, origin[2]));
+        for (int y = lo[1]; y <= hi[1]; ++y) f(x, y);
 }
 
 /// Of the voxels over the insides of facets: nearly all.
@@ -180,10 +203,15 @@ PAVEL_WIDE void fromInsides(const std::vector<Facet>& facets, const Meeting* fir
     FacetRow row;
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& f = facets[size_t(m->facet)];
+        const FacetPlanes planes(f, centreOf(block.origin));
         forRowsNear(
-            f, block.origin, band, [&](int v, const Vec3& start) __attribute__((always_inline)) {
-                along(f, start, row);
-                double *distance2 = block.distance2 + v, *above = block.above + v;
+            f, block.origin, band, [&](int x, int y) __attribute__((always_inline)) {
+                row.start(planes, x, y);
+                if (row.beyond(0, band) || row.before(0, -band) || row.before(1, 0) || row.before(2, 0) ||
+                    row.before(3, 0))
+                    return;
+                row.fill(planes);
+                double *distance2 = block.distance2 + x * 64 + y * 8, *above = block.above + x * 64 + y * 8;
                 PAVEL_ROLLED
                 for (int z = 0; z < 8; ++z) {
                     const bool nearer = (row.within[z] > 0) & (row.bound[z] < distance2[z]);
@@ -200,9 +228,15 @@ PAVEL_WIDE void fromRims(const std::vector<Facet>& facets, const Meeting* first,
     FacetRow row;
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& f = facets[size_t(m->facet)];
+        const FacetPlanes planes(f, centreOf(block.origin));
         forRowsNear(
-            f, block.origin, band, [&](int v, const Vec3& start) __attribute__((always_inline)) {
-                along(f, start, row);
+            f, block.origin, band, [&](int x, int y) __attribute__((always_inline)) {
+                row.start(planes, x, y);
+                if (row.beyond(0, band) || row.before(0, -band) || row.before(1, -band) || row.before(2, -band) ||
+                    row.before(3, -band) || (row.beyond(1, 0) && row.beyond(2, 0) && row.beyond(3, 0)))
+                    return;
+                row.fill(planes);
+                const int v = x * 64 + y * 8;
                 double* distance2 = block.distance2 + v;
                 int maybe = 0;
                 PAVEL_ROLLED
@@ -210,7 +244,7 @@ PAVEL_WIDE void fromRims(const std::vector<Facet>& facets, const Meeting* first,
                 for (int z = 0; maybe >> z; ++z) {
                     if (!(maybe >> z & 1)) continue;
                     const Vec3* normal = nullptr;
-                    const Vec3 d = fromNearest(f, start + Vec3(0, 0, z), normal);
+                    const Vec3 d = fromNearest(f, centreOf(block.origin.offsetBy(x, y, z)), normal);
                     const double d2 = dot(d, d);
                     if (d2 >= distance2[z]) continue;
                     distance2[z] = d2;
