@@ -14,7 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kStuckShare = 0.01;
 /// Fronts go on past their end, so that times are known on both sides of it: by so many voxels where they are fastest,
 /// and then by layers, wherever they are slow.
-constexpr double kBeyond = 1;
+constexpr double kBeyond = 0.5;
 
 }  // namespace
 
