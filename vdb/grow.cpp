@@ -13,14 +13,15 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A front is stuck when its fastest point has fallen under this share of its largest speed (algorithm, section 3).
 constexpr double kStuckShare = 0.01;
 /// Fronts go on past their end, so that times are known on both sides of it: by so many voxels where they are fastest,
-/// and then by layers, wherever they are slow.
+/// and then by layers, wherever they are slow. With one layer, elements on coarse grids end short of room.
 constexpr double kBeyond = 0.5;
+constexpr int kLayersBeyond = 2;
 
 }  // namespace
 
 Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
-               const std::vector<Material>& materials, int layersBeyond)
-    : elements_(elements), base_(base), layersBeyond_(layersBeyond), claims_(elements, base), fronts_(elements.size()) {
+               const std::vector<Material>& materials)
+    : elements_(elements), base_(base), claims_(elements, base), fronts_(elements.size()) {
     double most = 0;
     for (const WorkElement& e : elements)
         if (e.bodyVoxels && !std::isinf(e.stiffness)) most = std::max(most, e.lost() / e.placedVolume);
@@ -100,7 +101,7 @@ void Growth::march(const RunContext& context, double roundVoxels) {
                 next.push_back(f);
             }
         }
-        each(ended, [&](Front& f) { f.marchBeyond(f.stopTime + kBeyond / f.weight, layersBeyond_, stopTimes); });
+        each(ended, [&](Front& f) { f.marchBeyond(f.stopTime + kBeyond / f.weight, kLayersBeyond, stopTimes); });
         active = std::move(next);
     }
 }
@@ -178,7 +179,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             const bool dry =
                 s.missing > kClose * targets[size_t(i)] && !f.exhausted && f.frontSpeed() < kStuckShare * f.weight;
             if (round > 0 && dry) f.exhausted = true;
-            f.marchBeyond(f.stopTime + kBeyond * (s.reach > 0 ? s.reach : 1 / f.weight), layersBeyond_, stopTimes);
+            f.marchBeyond(f.stopTime + kBeyond * (s.reach > 0 ? s.reach : 1 / f.weight), kLayersBeyond, stopTimes);
             f.finish();
         });
         open.clear();

@@ -19,10 +19,8 @@ struct Material {
 class Growth {
   public:
     /// `materials` by kind. Elements without loss or contact get no front.
-    /// @param layersBeyond of voxels around an ended front that get times, too: two where its surface is read from
-    /// them, one where they are interpolated, and carried on, on a finer grid
     Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
-           const std::vector<Material>& materials, int layersBeyond = 2);
+           const std::vector<Material>& materials);
 
     /// @param window voxels that the fastest front covers in one round: how old another's claim may be before it is
     /// seen. Short ones march like a single queue, but in many rounds.
@@ -53,7 +51,6 @@ class Growth {
   private:
     const std::vector<WorkElement>& elements_;
     const openvdb::FloatTree* base_;
-    int layersBeyond_;
     ClaimMap claims_;
     std::vector<std::unique_ptr<Front>> fronts_;
 };

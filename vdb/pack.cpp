@@ -289,7 +289,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         const StageTimer timer(context, "voxelize");
         fields = canonicalFields(kinds, placed, h, false);
     }
-    Growth growth(coarse, coarseBase.get(), materials, factor > 1 ? 1 : 2);
+    Growth growth(coarse, coarseBase.get(), materials);
     /// The packed shape of a region whose front stops later by something.
     const auto finish = [&](int element, Region& region, double later, double target) {
         const size_t i = size_t(element);
