@@ -185,73 +185,71 @@ struct BlockDistances {
     double above[512];  ///< negative inside
 };
 
-/// The rows of a block that a facet's box comes near to: calls f(x, y).
+/// Calls f(facet, planes, row, x, y) for the rows of a block that come near to a facet's box and plane; the row is
+/// started, not filled.
 template <class F>
-[[gnu::always_inline]] inline void forRowsNear(const Facet& facet, const Coord& origin, float band, F f) {
-    int lo[2], hi[2];
-    for (int k = 0; k < 2; ++k) {
-        lo[k] = std::max(0, int(std::ceil(std::min({facet.a[k], facet.b[k], facet.c[k]}) - band)) - origin[k]);
-        hi[k] = std::min(7, int(std::floor(std::max({facet.a[k], facet.b[k], facet.c[k]}) + band)) - origin[k]);
+[[gnu::always_inline]] inline void forRowsNear(const std::vector<Facet>& facets, const Meeting* first,
+                                               const Meeting* last, const Coord& origin, float band, F f) {
+    FacetRow row;
+    for (const Meeting* m = first; m != last; ++m) {
+        const Facet& facet = facets[size_t(m->facet)];
+        const FacetPlanes planes(facet, centreOf(origin));
+        int lo[2], hi[2];
+        for (int k = 0; k < 2; ++k) {
+            lo[k] = std::max(0, int(std::ceil(std::min({facet.a[k], facet.b[k], facet.c[k]}) - band)) - origin[k]);
+            hi[k] = std::min(7, int(std::floor(std::max({facet.a[k], facet.b[k], facet.c[k]}) + band)) - origin[k]);
+        }
+        for (int x = lo[0]; x <= hi[0]; ++x)
+            for (int y = lo[1]; y <= hi[1]; ++y) {
+                row.start(planes, x, y);
+                if (!row.beyond(0, band) && !row.before(0, -band)) f(facet, planes, row, x, y);
+            }
     }
-    for (int x = lo[0]; x <= hi[0]; ++x)
-        for (int y = lo[1]; y <= hi[1]; ++y) f(x, y);
 }
 
 /// Of the voxels over the insides of facets: nearly all.
 PAVEL_WIDE void fromInsides(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band,
                             BlockDistances& block) {
-    FacetRow row;
-    for (const Meeting* m = first; m != last; ++m) {
-        const Facet& f = facets[size_t(m->facet)];
-        const FacetPlanes planes(f, centreOf(block.origin));
-        forRowsNear(
-            f, block.origin, band, [&](int x, int y) __attribute__((always_inline)) {
-                row.start(planes, x, y);
-                if (row.beyond(0, band) || row.before(0, -band) || row.before(1, 0) || row.before(2, 0) ||
-                    row.before(3, 0))
-                    return;
-                row.fill(planes);
-                double *distance2 = block.distance2 + x * 64 + y * 8, *above = block.above + x * 64 + y * 8;
-                PAVEL_ROLLED
-                for (int z = 0; z < 8; ++z) {
-                    const bool nearer = (row.within[z] > 0) & (row.bound[z] < distance2[z]);
-                    distance2[z] = nearer ? row.bound[z] : distance2[z];
-                    above[z] = nearer ? row.above[z] : above[z];
-                }
-            });
-    }
+    const auto take = [&](const Facet&, const FacetPlanes& planes, FacetRow& row, int x, int y)
+        __attribute__((always_inline)) {
+        if (row.before(1, 0) || row.before(2, 0) || row.before(3, 0)) return;
+        row.fill(planes);
+        double *distance2 = block.distance2 + x * 64 + y * 8, *above = block.above + x * 64 + y * 8;
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z) {
+            const bool nearer = (row.within[z] > 0) & (row.bound[z] < distance2[z]);
+            distance2[z] = nearer ? row.bound[z] : distance2[z];
+            above[z] = nearer ? row.above[z] : above[z];
+        }
+    };
+    forRowsNear(facets, first, last, block.origin, band, take);
 }
 
 /// Of those that are nearer to an edge or a corner: costly, and rare once all insides have been asked.
 PAVEL_WIDE void fromRims(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band,
                          BlockDistances& block) {
-    FacetRow row;
-    for (const Meeting* m = first; m != last; ++m) {
-        const Facet& f = facets[size_t(m->facet)];
-        const FacetPlanes planes(f, centreOf(block.origin));
-        forRowsNear(
-            f, block.origin, band, [&](int x, int y) __attribute__((always_inline)) {
-                row.start(planes, x, y);
-                if (row.beyond(0, band) || row.before(0, -band) || row.before(1, -band) || row.before(2, -band) ||
-                    row.before(3, -band) || (row.beyond(1, 0) && row.beyond(2, 0) && row.beyond(3, 0)))
-                    return;
-                row.fill(planes);
-                const int v = x * 64 + y * 8;
-                double* distance2 = block.distance2 + v;
-                int maybe = 0;
-                PAVEL_ROLLED
-                for (int z = 0; z < 8; ++z) maybe |= int((row.within[z] <= 0) & (row.bound[z] < distance2[z])) << z;
-                for (int z = 0; maybe >> z; ++z) {
-                    if (!(maybe >> z & 1)) continue;
-                    const Vec3* normal = nullptr;
-                    const Vec3 d = fromNearest(f, centreOf(block.origin.offsetBy(x, y, z)), normal);
-                    const double d2 = dot(d, d);
-                    if (d2 >= distance2[z]) continue;
-                    distance2[z] = d2;
-                    block.above[v + z] = dot(d, *normal) < 0 ? -1 : 1;
-                }
-            });
-    }
+    const auto take = [&](const Facet& f, const FacetPlanes& planes, FacetRow& row, int x, int y)
+        __attribute__((always_inline)) {
+        if (row.before(1, -band) || row.before(2, -band) || row.before(3, -band) ||
+            (row.beyond(1, 0) && row.beyond(2, 0) && row.beyond(3, 0)))
+            return;
+        row.fill(planes);
+        const int v = x * 64 + y * 8;
+        double* distance2 = block.distance2 + v;
+        int maybe = 0;
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z) maybe |= int((row.within[z] <= 0) & (row.bound[z] < distance2[z])) << z;
+        for (int z = 0; maybe >> z; ++z) {
+            if (!(maybe >> z & 1)) continue;
+            const Vec3* normal = nullptr;
+            const Vec3 d = fromNearest(f, centreOf(block.origin.offsetBy(x, y, z)), normal);
+            const double d2 = dot(d, d);
+            if (d2 >= distance2[z]) continue;
+            distance2[z] = d2;
+            block.above[v + z] = dot(d, *normal) < 0 ? -1 : 1;
+        }
+    };
+    forRowsNear(facets, first, last, block.origin, band, take);
 }
 
 /// One block's distances; null where none is within the band.
