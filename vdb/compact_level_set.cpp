@@ -2,20 +2,31 @@
 
 #include <tbb/parallel_for.h>
 
+#include <cstring>
+
+#include "pavel/vdb/pieces.h"
+
 namespace pavel {
 
-CompactLevelSet::CompactLevelSet(const WorkTree& tree) : background_(tree.background()) {
-    blocks_.reserve(tree.leafCount());
-    values_.reserve(tree.activeLeafVoxelCount());
-    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-        Block& block = blocks_.emplace_back();
-        block.origin = leaf->origin();
-        block.active = leaf->getValueMask();
-        const float* values = leaf->buffer().data();
-        for (openvdb::Index v = 0; v < WorkLeaf::SIZE; ++v)
-            if (values[v] < 0) block.inside.setOn(v);
-        for (auto on = block.active.beginOn(); on; ++on) values_.push_back(values[on.pos()]);
-    }
+CompactLevelSet::CompactLevelSet(const WorkTree& tree)
+    : CompactLevelSet(tree.background(), tree.leafCount(), tree.activeLeafVoxelCount()) {
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
+        add(leaf->origin(), leaf->getValueMask(), leaf->buffer().data());
+}
+
+CompactLevelSet::CompactLevelSet(float background, size_t blocks, size_t activeVoxels) : background_(background) {
+    blocks_.reserve(blocks);
+    values_.reserve(activeVoxels);
+}
+
+void CompactLevelSet::add(const Coord& origin, const WorkLeaf::NodeMaskType& active, const float* values) {
+    Block& block = blocks_.emplace_back();
+    block.origin = origin;
+    block.active = active;
+    const BlockMask inside = negativeMask(values);
+    for (openvdb::Index slab = 0; slab < 8; ++slab)
+        std::memcpy(&block.inside.getWord<uint64_t>(slab), &inside[slab * 8], 8);
+    for (auto on = active.beginOn(); on; ++on) values_.push_back(values[on.pos()]);
 }
 
 WorkTree::Ptr CompactLevelSet::tree() const {

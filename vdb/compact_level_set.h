@@ -14,6 +14,10 @@ class CompactLevelSet {
     /// @param tree tiles and inactive values are the background outside and minus it inside, as signed flood filling
     /// leaves them
     explicit CompactLevelSet(const WorkTree& tree);
+    /// Room for blocks to come.
+    CompactLevelSet(float background, size_t blocks, size_t activeVoxels);
+    /// A block with 512 values. `active`: those that are not the background, outside or inside.
+    void add(const Coord& origin, const WorkLeaf::NodeMaskType& active, const float* values);
     /// The same tree again; null where there is nothing. O(voxels of its leaves).
     WorkTree::Ptr tree() const;
     bool empty() const { return blocks_.empty(); }

@@ -66,6 +66,18 @@ PAVEL_WIDE void distances(const BandVoxel* voxels, const Foot* feet, const Vec3f
     }
 }
 
+PAVEL_WIDE int countInside(const float* own, const float* clip) {
+    int negative = 0;
+    if (clip) {
+        PAVEL_ROLLED
+        for (int v = 0; v < 512; ++v) negative += int((own[v] < 0) & (clip[v] < 0));
+    } else {
+        PAVEL_ROLLED
+        for (int v = 0; v < 512; ++v) negative += int(own[v] < 0);
+    }
+    return negative;
+}
+
 }  // namespace
 
 void DistanceWindow::solve() {
@@ -89,11 +101,7 @@ bool DistanceWindow::read(int bx, int by, int bz, float* out, BlockMask& near) c
 
 signed char DistanceWindow::signOf(const BlockValues& f) {
     if (!f.own) return f.tile < 0 ? -1 : 1;
-    int negative = 0;
-    if (f.clip)
-        for (int v = 0; v < 512; ++v) negative += (f.own[v] < 0) & (f.clip[v] < 0);
-    else
-        for (int v = 0; v < 512; ++v) negative += f.own[v] < 0;
+    const int negative = countInside(f.own, f.clip);
     return static_cast<signed char>(negative == 0 ? 1 : negative == 512 ? -1 : 0);
 }
 

@@ -151,42 +151,6 @@ void dropFar(openvdb::FloatTree& base, const RegionBuilder& elements) {
     for (const auto& [origin, value] : far) base.addTile(1, origin, value, false);
 }
 
-PAVEL_WIDE int surfaceVoxels(const float* values) {
-    int count = 0;
-    for (int v = 0; v < 512; ++v) count += std::abs(values[v]) < 0.5f;
-    return count;
-}
-
-/// Adds to a leaf's values within the band, and keeps them there.
-PAVEL_WIDE void shiftBand(float* values, float by, float band) {
-    PAVEL_ROLLED
-    for (int v = 0; v < 512; ++v) {
-        const float value = values[v], moved = value + by, above = moved > -band ? moved : -band,
-                    kept = above < band ? above : band;
-        values[v] = std::abs(value) < band ? kept : value;
-    }
-}
-
-/// Moves a surface by hundredths of a voxel until its volume is the target, or no more than it where `growing` is
-/// false: what re-distancing changed. Returns the volume.
-double settleVolume(WorkTree& tree, double target, bool growing) {
-    constexpr double kClose = 2e-5, kMost = 0.05;
-    double volume = measureInside(tree).volume, total = 0;
-    for (int step = 0; step < 3 && std::abs(volume - target) > target * kClose; ++step) {
-        if (volume < target && !growing) break;
-        int area = 0;
-        for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) area += surfaceVoxels(leaf->buffer().data());
-        double by = (volume - target) / std::max(area, 1);
-        if (volume < target) by = std::max(by, -kMost - total);
-        by = std::min(by, 0.5);
-        total += by;
-        const float band = tree.background();
-        for (auto leaf = tree.beginLeaf(); leaf; ++leaf) shiftBand(leaf->buffer().data(), float(by), band);
-        volume = measureInside(tree).volume;
-    }
-    return volume;
-}
-
 /// Share of its volume to which a region is solved before it is re-distanced.
 constexpr double kCloseEnough = 2e-4;
 
@@ -295,10 +259,10 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         const size_t i = size_t(element);
         const Front* f = growth.front(element);
         if (later != 0) region.advance(later);
-        const WorkTree::Ptr packed = redistanced(region, options.gap > 0 ? kWidestBand : kResultBand);
+        BlockLevelSet packed = redistanced(region, options.gap > 0 ? kWidestBand : kResultBand);
         const bool mayGrow = f ? !f->exhausted : !std::isinf(coarse[i].stiffness);
-        result.elements[i].finalVolume = settleVolume(*packed, target, mayGrow) * h3;
-        grids.elements[i] = CompactLevelSet(*packed);
+        result.elements[i].finalVolume = packed.settleVolume(target, mayGrow) * h3;
+        grids.elements[i] = packed.compact();
     };
     std::vector<Outline> outlines(factor > 1 ? n : 0);
     {

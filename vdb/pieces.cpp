@@ -1,6 +1,7 @@
 #include "pavel/vdb/pieces.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "pavel/core/union_find.h"
 #include "pavel/vdb/block_numbers.h"
@@ -8,9 +9,55 @@
 namespace pavel {
 namespace {
 
-struct Run {
-    uint8_t row, mask;
-};
+/// Voxels of a block as slabs: x by word, bit y * 8 + z, as BlockMask lies in memory.
+using Slabs = std::array<uint64_t, 8>;
+
+constexpr uint64_t kFirstZ = 0x0101010101010101, kLastZ = kFirstZ << 7;
+
+Slabs slabsOf(const BlockMask& mask) {
+    Slabs s;
+    std::memcpy(s.data(), mask.data(), sizeof s);
+    return s;
+}
+
+/// What of a slab can be reached from some of its voxels within it.
+uint64_t filledSlab(uint64_t from, uint64_t within) {
+    for (uint64_t before = 0; from != before;) {
+        before = from;
+        from |= (from << 8 | from >> 8 | (from << 1 & ~kFirstZ) | (from >> 1 & ~kLastZ)) & within;
+    }
+    return from;
+}
+
+/// Takes one connected piece out of a block that is not empty.
+Slabs takePiece(Slabs& rest) {
+    Slabs piece{};
+    size_t first = 0;
+    while (!rest[first]) ++first;
+    piece[first] = rest[first] & (~rest[first] + 1);
+    for (bool grows = true; grows;) {
+        grows = false;
+        const auto fill = [&](size_t x) {
+            const uint64_t from =
+                piece[x] | (((x > 0 ? piece[x - 1] : 0) | (x < 7 ? piece[x + 1] : 0)) & rest[x]);
+            const uint64_t filled = filledSlab(from, rest[x]);
+            grows |= filled != piece[x];
+            piece[x] = filled;
+        };
+        for (size_t x = 0; x < 8; ++x) fill(x);
+        for (size_t x = 8; x-- > 0;) fill(x);
+    }
+    for (size_t x = 0; x < 8; ++x) rest[x] &= ~piece[x];
+    return piece;
+}
+
+/// Do two pieces touch, the second in the next block along an axis?
+bool touch(const Slabs& a, const Slabs& b, int axis) {
+    if (axis == 0) return a[7] & b[0];
+    uint64_t both = 0;
+    for (size_t x = 0; x < 8; ++x) both |= axis == 1 ? a[x] >> 56 & b[x] : a[x] >> 7 & b[x] & kFirstZ;
+    return both;
+}
 
 }  // namespace
 
@@ -26,88 +73,43 @@ PAVEL_WIDE BlockMask negativeMask(const float* values) {
 }
 
 std::vector<MaskedBlock> straysOf(const std::vector<MaskedBlock>& blocks) {
-    /// A block's runs of voxels: those before each row, or, in a full block, one that stands for all.
-    struct Runs {
-        std::array<int, 65> start;
-        bool full;
-        int begin(int row) const { return full ? start[0] : start[size_t(row)]; }
-        int end(int row) const { return full ? start[0] + 1 : start[size_t(row) + 1]; }
-    };
-    BlockMask all;
-    all.fill(0xff);
-    std::vector<Run> runs;
-    std::vector<Runs> runsOf(blocks.size());
+    std::vector<Slabs> pieces;
+    std::vector<int> start;  // of each block's pieces
     CoordBBox box;
     for (const MaskedBlock& block : blocks) box.expand(block.origin);
     BlockNumbers numbers(box);
     for (size_t b = 0; b < blocks.size(); ++b) {
         numbers.set(blocks[b].origin, int(b));
-        runsOf[b].full = blocks[b].mask == all;
-        runsOf[b].start[0] = int(runs.size());
-        if (runsOf[b].full) {
-            runs.push_back({0, 0xff});
-            continue;
-        }
-        for (int row = 0; row < 64; ++row) {
-            runsOf[b].start[size_t(row)] = int(runs.size());
-            for (unsigned rest = blocks[b].mask[size_t(row)]; rest;) {
-                const unsigned low = rest & (~rest + 1), run = rest & ~(rest + low);  // lowest run of ones
-                runs.push_back({uint8_t(row), uint8_t(run)});
-                rest &= ~run;
-            }
-        }
-        runsOf[b].start[64] = int(runs.size());
+        start.push_back(int(pieces.size()));
+        Slabs rest = slabsOf(blocks[b].mask);
+        while (std::any_of(rest.begin(), rest.end(), [](uint64_t slab) { return slab != 0; }))
+            pieces.push_back(takePiece(rest));
     }
-    UnionFind sets(runs.size());
-    const auto joinRows = [&](size_t a, int rowA, size_t b, int rowB) {
-        for (int i = runsOf[a].begin(rowA); i < runsOf[a].end(rowA); ++i)
-            for (int j = runsOf[b].begin(rowB); j < runsOf[b].end(rowB); ++j)
-                if (runs[size_t(i)].mask & runs[size_t(j)].mask) sets.join(i, j);
-    };
-    for (size_t b = 0; b < blocks.size(); ++b) {
-        for (int row = 0; row < 64 && !runsOf[b].full; ++row) {
-            if (row & 7) joinRows(b, row, b, row - 1);
-            if (row >= 8) joinRows(b, row, b, row - 8);
+    start.push_back(int(pieces.size()));
+    UnionFind sets(pieces.size());
+    for (size_t b = 0; b < blocks.size(); ++b)
+        for (int axis = 0; axis < 3; ++axis) {
+            Coord next = blocks[b].origin;
+            next[axis] += 8;
+            const int n = numbers.at(next);
+            if (n < 0) continue;
+            for (int i = start[b]; i < start[b + 1]; ++i)
+                for (int j = start[size_t(n)]; j < start[size_t(n) + 1]; ++j)
+                    if (touch(pieces[size_t(i)], pieces[size_t(j)], axis)) sets.join(i, j);
         }
-        const Coord& o = blocks[b].origin;
-        const auto joinBlock = [&](int n, const auto& join) {
-            if (n < 0) return;
-            if (runsOf[b].full && runsOf[size_t(n)].full)
-                sets.join(runsOf[b].start[0], runsOf[size_t(n)].start[0]);
-            else
-                join(size_t(n));
-        };
-        joinBlock(numbers.at(o.offsetBy(8, 0, 0)), [&](size_t n) {
-            for (int row = 0; row < 8; ++row) joinRows(b, 56 + row, n, row);
-        });
-        joinBlock(numbers.at(o.offsetBy(0, 8, 0)), [&](size_t n) {
-            for (int row = 0; row < 64; row += 8) joinRows(b, row + 7, n, row);
-        });
-        joinBlock(numbers.at(o.offsetBy(0, 0, 8)), [&](size_t n) {
-            for (int row = 0; row < 64; ++row)
-                if ((blocks[b].mask[size_t(row)] & 0x80) && (blocks[n].mask[size_t(row)] & 1))
-                    sets.join(runsOf[b].end(row) - 1, runsOf[n].begin(row));
-        });
-    }
-    const auto eachRun = [&](const auto& f) {
-        for (size_t b = 0; b < blocks.size(); ++b)
-            for (int i = runsOf[b].start[0], end = runsOf[b].end(63); i < end; ++i) f(b, i);
-    };
-    std::vector<uint64_t> size(runs.size(), 0);
-    eachRun([&](size_t b, int i) {
-        size[size_t(sets.find(i))] += runsOf[b].full ? 512 : uint64_t(__builtin_popcount(runs[size_t(i)].mask));
-    });
-    const int largest = runs.empty() ? -1 : int(std::max_element(size.begin(), size.end()) - size.begin());
+    std::vector<uint64_t> size(pieces.size(), 0);
+    for (size_t i = 0; i < pieces.size(); ++i)
+        for (const uint64_t slab : pieces[i]) size[size_t(sets.find(int(i)))] += uint64_t(__builtin_popcountll(slab));
+    const int largest = pieces.empty() ? -1 : int(std::max_element(size.begin(), size.end()) - size.begin());
     std::vector<MaskedBlock> strays;
-    eachRun([&](size_t b, int i) {
-        if (sets.find(i) == largest) return;
-        if (strays.empty() || strays.back().origin != blocks[b].origin) strays.push_back({blocks[b].origin, {}});
-        BlockMask& mask = strays.back().mask;
-        if (runsOf[b].full)
-            mask = all;
-        else
-            mask[runs[size_t(i)].row] |= runs[size_t(i)].mask;
-    });
+    for (size_t b = 0; b < blocks.size(); ++b)
+        for (int i = start[b]; i < start[b + 1]; ++i) {
+            if (sets.find(i) == largest) continue;
+            if (strays.empty() || strays.back().origin != blocks[b].origin) strays.push_back({blocks[b].origin, {}});
+            Slabs all = slabsOf(strays.back().mask);
+            for (size_t x = 0; x < 8; ++x) all[x] |= pieces[size_t(i)][x];
+            std::memcpy(strays.back().mask.data(), all.data(), sizeof all);
+        }
     return strays;
 }
 

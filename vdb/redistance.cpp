@@ -21,29 +21,20 @@ struct Part {
     std::array<int, 3> size;
 };
 
-template <class Leaf, class Values>
-std::vector<Leaf*> solvePart(const Part& part, float band, const Values& values) {
+/// Calls use(origin, values, mask of those in the band) for the part's blocks that hold any.
+template <class Values, class Use>
+void solvePart(const Part& part, float band, const Values& values, const Use& use) {
     static thread_local DistanceWindow window;  // scratch that would else be mapped anew for every element
-    std::vector<Leaf*> made;
     const std::array<int, 3> blocks{part.size[0] + 2, part.size[1] + 2, part.size[2] + 2};
-    if (!window.load(part.origin.offsetBy(-8), blocks, band, band, values)) return made;
+    if (!window.load(part.origin.offsetBy(-8), blocks, band, band, values)) return;
     window.solve();
     float d[512];
     BlockMask near;
     for (int x = 1; x <= part.size[0]; ++x)
         for (int y = 1; y <= part.size[1]; ++y)
-            for (int z = 1; z <= part.size[2]; ++z) {
-                if (!window.read(x, y, z, d, near)) continue;
-                auto leaf =
-                    std::make_unique<Leaf>(part.origin.offsetBy(8 * (x - 1), 8 * (y - 1), 8 * (z - 1)), 0.f, false);
-                std::copy(d, d + 512, leaf->buffer().data());
-                typename Leaf::NodeMaskType on;
-                for (openvdb::Index slab = 0; slab < 8; ++slab)
-                    std::memcpy(&on.template getWord<uint64_t>(slab), &near[slab * 8], 8);
-                leaf->setValueMask(on);
-                made.push_back(leaf.release());
-            }
-    return made;
+            for (int z = 1; z <= part.size[2]; ++z)
+                if (window.read(x, y, z, d, near))
+                    use(part.origin.offsetBy(8 * (x - 1), 8 * (y - 1), 8 * (z - 1)), d, near);
 }
 
 template <class Tree>
@@ -92,7 +83,16 @@ typename Tree::Ptr redistancedTree(const Tree& raw) {
     std::vector<std::vector<Leaf*>> made(origins.size());
     tbb::parallel_for(size_t(0), origins.size(), [&](size_t k) {
         const openvdb::tree::ValueAccessor<const Tree, false> reader(raw);
-        made[k] = solvePart<Leaf>(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, kResultBand, valuesOf(reader));
+        solvePart(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, kResultBand, valuesOf(reader),
+                  [&](const Coord& origin, const float* d, const BlockMask& near) {
+                      auto leaf = std::make_unique<Leaf>(origin, 0.f, false);
+                      std::copy(d, d + 512, leaf->buffer().data());
+                      typename Leaf::NodeMaskType on;
+                      for (openvdb::Index slab = 0; slab < 8; ++slab)
+                          std::memcpy(&on.template getWord<uint64_t>(slab), &near[slab * 8], 8);
+                      leaf->setValueMask(on);
+                      made[k].push_back(leaf.release());
+                  });
     });
     return treeOf<Tree>(made, kResultBand);
 }
@@ -138,10 +138,11 @@ WorkTree::Ptr redistanced(const WorkTree& raw) {
     return redistancedTree(raw);
 }
 
-WorkTree::Ptr redistanced(const Region& raw, float band) {
-    if (raw.size() == 0) return std::make_shared<WorkTree>(band);
+BlockLevelSet redistanced(const Region& raw, float band) {
+    if (raw.size() == 0) return BlockLevelSet(CoordBBox(), band);
     // The band may leave the region's blocks by one; cut into equal parts that fit a window.
     const Coord lo = raw.numbers().lower().offsetBy(-8), hi = raw.numbers().upper().offsetBy(8);
+    BlockLevelSet clean(CoordBBox(lo, hi), band);
     int count[3], parts[3];
     for (int k = 0; k < 3; ++k) {
         count[k] = (hi[k] - lo[k]) / 8 + 1;
@@ -154,9 +155,9 @@ WorkTree::Ptr redistanced(const Region& raw, float band) {
             for (int z = 0; z < parts[2]; ++z)
                 list.push_back({lo.offsetBy(8 * cut(0, x), 8 * cut(1, y), 8 * cut(2, z)),
                                 {cut(0, x + 1) - cut(0, x), cut(1, y + 1) - cut(1, y), cut(2, z + 1) - cut(2, z)}});
-    std::vector<std::vector<WorkLeaf*>> made(list.size());
+    std::vector<BlockLevelSet::Blocks> made(list.size());
     tbb::parallel_for(size_t(0), list.size(), [&](size_t k) {
-        made[k] = solvePart<WorkLeaf>(list[k], band, [&](const Coord& origin) {
+        const auto values = [&](const Coord& origin) {
             BlockValues f;
             const int b = raw.at(origin);
             if (b >= 0)
@@ -164,9 +165,19 @@ WorkTree::Ptr redistanced(const Region& raw, float band) {
             else
                 f.tile = b == Region::kInside ? -kBand : kBand;
             return f;
+        };
+        solvePart(list[k], band, values, [&](const Coord& origin, const float* d, const BlockMask& near) {
+            made[k].add(origin, d, near);
         });
     });
-    return treeOf<WorkTree>(made, band);
+    for (auto& blocks : made) clean.add(std::move(blocks));
+    forEachBlock(CoordBBox(lo, hi), [&](const Coord& origin) {
+        if (clean.numbers().at(origin) >= 0) return;
+        // Away from the band a block is of one sign.
+        const int b = raw.at(origin);
+        if (b == Region::kInside || (b >= 0 && raw.own(b)[0] < 0 && raw.clip(b)[0] < 0)) clean.fill(origin);
+    });
+    return clean;
 }
 
 }  // namespace pavel

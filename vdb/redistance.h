@@ -6,13 +6,14 @@
 // of the surface by points. A region's two fields are followed one by one, and where they meet the foot point is the
 // nearest point of the crease: corners are cut off neither in nor out. Windows of some blocks: parallel, no storage
 // beyond a window, linear in the band.
+#include "pavel/vdb/block_level_set.h"
 #include "pavel/vdb/region.h"
 
 namespace pavel {
 
 /// How wide bands can be made.
 constexpr float kWidestBand = 4.5f;
-WorkTree::Ptr redistanced(const Region& raw, float band = kResultBand);
+BlockLevelSet redistanced(const Region& raw, float band = kResultBand);
 openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree& raw);
 WorkTree::Ptr redistanced(const WorkTree& raw);
 /// A narrow band of half width 3 or more, made as wide as asked for on each side; all voxels of its leaves are active.

@@ -20,6 +20,27 @@ PAVEL_WIDE void addFrontArea(const float* own, const float* clip, const float* s
     for (int k = 0; k < kLanes; ++k) voxels += double(count[k]), slopes += double(sum[k]);
 }
 
+/// Values of a front that stops later.
+PAVEL_WIDE void laterValues(const float* own, const float* clip, const float* slope, float later, float* out) {
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float o = own[v] - later * slope[v];
+        out[v] = o > clip[v] ? o : clip[v];
+    }
+}
+
+PAVEL_WIDE bool anyPositive(const float* values) {
+    int count = 0;
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) count += int(values[v] > 0);
+    return count > 0;
+}
+
+PAVEL_WIDE void advanced(float later, const float* slope, float* own) {
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) own[v] -= later * slope[v];
+}
+
 }  // namespace
 
 int Region::add(const Coord& origin, const float* own, const float* clip, const float* slope) {
@@ -27,15 +48,15 @@ int Region::add(const Coord& origin, const float* own, const float* clip, const 
     clear(origin);
     numbers_.set(origin, number);
     origins_.push_back(origin);
-    own_.insert(own_.end(), own, own + 512);
-    clip_.insert(clip_.end(), clip, clip + 512);
-    slope_.insert(slope_.end(), slope, slope + 512);
+    own_->insert(own_->end(), own, own + 512);
+    clip_->insert(clip_->end(), clip, clip + 512);
+    slope_->insert(slope_->end(), slope, slope + 512);
     return number;
 }
 
 void Region::reserve(size_t blocks) {
     origins_.reserve(blocks);
-    for (auto* field : {&own_, &clip_, &slope_}) field->reserve(blocks * 512);
+    for (auto* field : {&own_, &clip_, &slope_}) (*field)->reserve(blocks * 512);
 }
 
 void Region::fill(const Coord& origin) {
@@ -51,17 +72,12 @@ void Region::clear(const Coord& origin) {
 }
 
 void Region::values(int block, double later, float* out) const {
-    const float *own = &own_[size_t(block) * 512], *clip = &clip_[size_t(block) * 512],
-                *slope = &slope_[size_t(block) * 512], t = float(later);
-    for (int v = 0; v < 512; ++v) {
-        const float o = own[v] - t * slope[v];
-        out[v] = o > clip[v] ? o : clip[v];
-    }
+    const size_t at = size_t(block) * 512;
+    laterValues(&(*own_)[at], &(*clip_)[at], &(*slope_)[at], float(later), out);
 }
 
 bool Region::moves(int block) const {
-    const float* slope = &slope_[size_t(block) * 512];
-    return std::any_of(slope, slope + 512, [](float s) { return s > 0; });
+    return anyPositive(&(*slope_)[size_t(block) * 512]);
 }
 
 std::array<int, 6> Region::beside(int block) const {
@@ -121,10 +137,11 @@ size_t Outline::surfaceBlocks() const {
     return size_t(std::count(sides_.begin(), sides_.end(), uint8_t(kSurface)));
 }
 
-RegionMeasure::RegionMeasure(const Region& region) : region_(region), values_(region.size() * 512) {
+RegionMeasure::RegionMeasure(const Region& region) : region_(region) {
+    values_->resize(region.size() * 512);
     std::vector<char> changes(region.size(), 0);
     for (int b = 0; b < int(region.size()); ++b) {
-        region.values(b, 0, &values_[size_t(b) * 512]);
+        region.values(b, 0, &(*values_)[size_t(b) * 512]);
         if (!region.moves(b)) continue;
         moving_.push_back(b);
         changes[size_t(b)] = 1;
@@ -144,30 +161,30 @@ InsideMeasure RegionMeasure::measure(int block) const {
     const std::array<int, 6> beside = region_.beside(block);
     HaloBlock halo;
     fillHalo(
-        &values_[size_t(block) * 512],
+        &(*values_)[size_t(block) * 512],
         [&](int side) {
             const int n = beside[size_t(side)];
-            return n >= 0 ? &values_[size_t(n) * 512] : nullptr;
+            return n >= 0 ? &(*values_)[size_t(n) * 512] : nullptr;
         },
         [&](int side) { return beside[size_t(side)] == Region::kInside ? -kBand : kBand; }, halo);
     return measureBlock(halo);
 }
 
 InsideMeasure RegionMeasure::operator()(double later) {
-    for (int b : moving_) region_.values(b, later, &values_[size_t(b) * 512]);
+    for (int b : moving_) region_.values(b, later, &(*values_)[size_t(b) * 512]);
     InsideMeasure m = rest_;
     for (int b : beside_) m.add(measure(b));
     return m;
 }
 
 void Region::advance(double later) {
-    const float t = float(later);
-    for (size_t i = 0; i < own_.size(); ++i) own_[i] -= t * slope_[i];
+    for (size_t i = 0; i < own_->size(); i += 512) advanced(float(later), &(*slope_)[i], &(*own_)[i]);
 }
 
 void Region::frontArea(double& voxels, double& slopes) const {
     voxels = slopes = 0;
-    for (size_t i = 0; i < own_.size(); i += 512) addFrontArea(&own_[i], &clip_[i], &slope_[i], voxels, slopes);
+    for (size_t i = 0; i < own_->size(); i += 512)
+        addFrontArea(&(*own_)[i], &(*clip_)[i], &(*slope_)[i], voxels, slopes);
 }
 
 void Region::dropStrays() {
@@ -193,8 +210,9 @@ void Region::dropStrays() {
         for (int v = 0; v < 512; ++v) {
             if (!testMask(m.mask, v)) continue;
             const size_t i = size_t(b) * 512 + size_t(v);
-            own_[i] = std::max(0.5f, std::abs(std::max(own_[i], clip_[i])));
-            slope_[i] = 0;
+            float& own = (*own_)[i];
+            own = std::max(0.5f, std::abs(std::max(own, (*clip_)[i])));
+            (*slope_)[i] = 0;
         }
     }
 }

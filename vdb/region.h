@@ -11,6 +11,7 @@
 #include "pavel/vdb/block_numbers.h"
 #include "pavel/vdb/measure.h"
 #include "pavel/vdb/pieces.h"
+#include "pavel/vdb/scratch.h"
 
 namespace pavel {
 
@@ -34,8 +35,8 @@ class Region {
 
     size_t size() const { return origins_.size(); }
     const Coord& origin(int block) const { return origins_[size_t(block)]; }
-    const float* own(int block) const { return &own_[size_t(block) * 512]; }
-    const float* clip(int block) const { return &clip_[size_t(block) * 512]; }
+    const float* own(int block) const { return &(*own_)[size_t(block) * 512]; }
+    const float* clip(int block) const { return &(*clip_)[size_t(block) * 512]; }
 
     /// Voxels that do not belong to the largest piece leave the region.
     void dropStrays();
@@ -54,7 +55,7 @@ class Region {
   private:
     BlockNumbers numbers_;
     std::vector<Coord> origins_;
-    std::vector<float> own_, clip_, slope_;
+    Scratch own_, clip_, slope_;
     uint64_t filled_ = 0;
 };
 
@@ -93,7 +94,7 @@ class RegionMeasure {
 
     const Region& region_;
     std::vector<int> moving_, beside_;  // blocks with front in them; they and their face neighbours
-    std::vector<float> values_;
+    Scratch values_;
     InsideMeasure rest_;
 };
 

@@ -99,6 +99,11 @@ PAVEL_WIDE void takenBy(const OwnField& a, const OwnField& b, const float* bisec
     }
 }
 
+PAVEL_WIDE void keepLarger(const float* values, float* kept) {
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) kept[v] = values[v] > kept[v] ? values[v] : kept[v];
+}
+
 }  // namespace
 
 RegionBuilder::RegionBuilder(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
@@ -169,7 +174,7 @@ void RegionBuilder::clipBy(int i, int j, const Coord& origin, const OwnField& a,
     float bisector[512], taken[512];
     g.over(origin, factor_, a.phi, b.phi, bisector);
     takenBy(a, b, bisector, g.byDepth(), stopA - stopB, taken);
-    for (int v = 0; v < 512; ++v) clip[v] = std::max(clip[v], taken[v]);
+    keepLarger(taken, clip);
 }
 
 bool RegionBuilder::evaluate(int i, const std::vector<int>& rivals, const Coord& origin, float* own, float* clip,

@@ -55,7 +55,7 @@ Pair grownPair(double distance, Material material) {
     p.growth->march(context);
     p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, 1e-3, context);
     const RegionBuilder builder(p.elements, nullptr, p.growth->fronts());
-    for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)));
+    for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)).compact().tree());
     return p;
 }
 
@@ -184,7 +184,7 @@ TEST(Growth, WindowsDoNotChangeWhoGetsWhat) {
         grownVoxels = double(growth.grownVoxels());
         const RegionBuilder builder(elements, nullptr, growth.fronts());
         packed.emplace_back();
-        for (size_t i = 0; i < elements.size(); ++i) packed.back().push_back(redistanced(builder.build(int(i))));
+        for (size_t i = 0; i < elements.size(); ++i) packed.back().push_back(redistanced(builder.build(int(i))).compact().tree());
     }
     size_t differ = 0;
     for (size_t i = 0; i < places.size(); ++i) {

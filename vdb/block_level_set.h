@@ -1,0 +1,49 @@
+#pragma once
+// An element's finished level set while its volume is settled: blocks without a tree around them.
+#include <deque>
+
+#include "pavel/vdb/block_numbers.h"
+#include "pavel/vdb/compact_level_set.h"
+#include "pavel/vdb/measure.h"
+#include "pavel/vdb/pieces.h"
+#include "pavel/vdb/scratch.h"
+
+namespace pavel {
+
+/// Blocks with values within a band around the surface, and which others lie inside.
+class BlockLevelSet {
+  public:
+    /// Nothing. @param box voxels that blocks may cover
+    BlockLevelSet(const CoordBBox& box, float band) : band_(band), numbers_(box) {}
+    /// Blocks that lie one behind the other, 512 values each, plus or minus the band outside their masks.
+    struct Blocks {
+        std::vector<Coord> origins;
+        std::vector<BlockMask> near;
+        Scratch values;
+        void add(const Coord& origin, const float* values, const BlockMask& near);
+    };
+    void add(Blocks&& blocks);
+    /// A block that lies inside.
+    void fill(const Coord& origin);
+
+    /// Moves the surface by hundredths of a voxel until its volume is the target, or no more than it where `growing` is
+    /// false: what re-distancing changed. Returns the volume.
+    double settleVolume(double target, bool growing);
+    InsideMeasure measure() const;
+    CompactLevelSet compact() const;
+    const BlockNumbers& numbers() const { return numbers_; }
+
+  private:
+    const float* at(int block) const { return values_[size_t(block)]; }
+    void shift(float by);
+
+    float band_;
+    BlockNumbers numbers_;
+    std::vector<Coord> origins_;
+    std::vector<BlockMask> near_;
+    std::vector<float*> values_;  // by block
+    std::deque<Scratch> storage_;
+    uint64_t filled_ = 0;  // voxels
+};
+
+}  // namespace pavel
