@@ -74,14 +74,17 @@ const FineBlock& FineShape::at(const Coord& origin) const {
 }
 
 const FineBlock* FineShape::make(const Coord& origin) const {
-    auto block = std::make_unique<FineBlock>();
+    // Half of what is asked for turns out to be nothing, and leaves its memory to the next.
+    static thread_local std::unique_ptr<FineBlock> block;
+    static thread_local std::unique_ptr<GrownBlock> grown;
+    if (!block) block.reset(new FineBlock);
     Placement::Side side = placement_.sample(origin, block->phi);
     if (side != Placement::kNear) std::fill(block->phi, block->phi + 512, side == Placement::kInside ? -kBand : kBand);
     if (eraseStrays(origin, block->phi)) side = Placement::kNear;
     // Times run backwards all through the inside, but nobody else can come there.
     if (side == Placement::kInside) return &uniform(-1);
     if (grown_) {
-        auto grown = std::make_unique<GrownBlock>();
+        if (!grown) grown.reset(new GrownBlock);
         if (grown_->read(origin, block->phi, *grown)) block->grown = std::move(grown);
     }
     if (!block->grown && side == Placement::kOutside) return &uniform(1);

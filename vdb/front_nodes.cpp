@@ -101,17 +101,19 @@ class Nodes {
 
     void continueTimes();
     std::unique_ptr<FrontNodes> inner() const {
-        auto inner = std::make_unique<FrontNodes>();
+        std::unique_ptr<FrontNodes> inner(new FrontNodes);  // not cleared
         for (int x = 0; x < FrontNodes::kSide; ++x)
             for (int y = 0; y < FrontNodes::kSide; ++y) {
                 constexpr int kMore = kBefore - FrontNodes::kBefore;
                 const int from = index(x + kMore, y + kMore, kMore), to = FrontNodes::index(x, y, 0);
                 const auto copy = [&](const auto* source, auto* row) {
-                    std::copy(source + from, source + from + FrontNodes::kSide, row + to);
+                    std::copy(source + from, source + from + FrontNodes::kRow, row + to);
                 };
                 copy(phi_, inner->phi), copy(way_, inner->way), copy(scale_, inner->scale);
                 copy(flags_, inner->flags);
             }
+        for (float* field : {inner->phi, inner->way, inner->scale})
+            std::fill(field + FrontNodes::kSide * FrontNodes::kSlab, field + FrontNodes::kCount, 0.f);
         return inner;
     }
 
@@ -182,7 +184,8 @@ FrontNodes::Window FrontNodes::window(const FineSpan& sx, const FineSpan& sy, co
 }
 
 std::vector<std::unique_ptr<FrontNodes>> nodesOf(const Front& front, float reach) {
-    std::vector<FrontBlock> blocks;
+    static thread_local std::vector<FrontBlock> blocks;  // scratch
+    blocks.clear();
     blocks.reserve(front.blocks.size());
     for (const GrowthBlock& grown : front.blocks) blocks.emplace_back(front, grown);
     std::vector<std::unique_ptr<FrontNodes>> all(blocks.size());

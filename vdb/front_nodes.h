@@ -30,7 +30,8 @@ struct FineSpan {
 
 /// A front's nodes in one of its blocks and around it: one layer before the block, two beyond it.
 struct FrontNodes {
-    static constexpr int kBefore = 1, kSide = 11, kRow = 16, kSlab = kSide * kRow, kCount = kSide * kSlab;
+    // Rows are read eight nodes at a time, so that the last ones go on into the next row, or what lies behind.
+    static constexpr int kBefore = 1, kSide = 11, kRow = 12, kSlab = kSide * kRow, kCount = kSide * kSlab + 4;
     static constexpr int index(int x, int y, int z) { return x * kSlab + y * kRow + z; }
 
     static constexpr uint8_t kTimed = 1, kNearRim = 2;

@@ -110,9 +110,9 @@ StopShift solveShift(const Region& region, double target, double most, double cl
     constexpr int kSteps = 5;
     constexpr double kSure = 0.15;  // voxels: a first step this small lands well enough
     StopShift s;
-    double voxels, slope;
-    region.frontArea(voxels, slope);
     RegionMeasure measure(region);
+    const double voxels = measure.frontVoxels();
+    double slope = measure.frontSlopes();
     double volume = measure(0).volume;
     s.missing = target - volume;
     if (!(slope > 0)) return s;

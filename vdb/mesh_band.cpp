@@ -134,46 +134,13 @@ std::vector<Meeting> meetings(const std::vector<Facet>& facets, double band) {
 
 /// A facet's plane and the planes through its edges ab, bc, ca, in a block: values at its first voxel, and slopes.
 struct FacetPlanes {
-    double at[4], x[4], y[4], z[4];
+    float at[4], x[4], y[4], z[4];
     FacetPlanes(const Facet& f, const Vec3& first) {
         const Vec3* normals[4] = {&f.normal, &f.in[0], &f.in[1], &f.in[2]};
         const Vec3* through[4] = {&f.a, &f.a, &f.b, &f.c};
         for (int k = 0; k < 4; ++k) {
             const Vec3& n = *normals[k];
-            at[k] = dot(first - *through[k], n), x[k] = n[0], y[k] = n[1], z[k] = n[2];
-        }
-    }
-};
-
-/// The same along a row of voxels.
-struct FacetRow {
-    double first[4], last[4];  ///< of each plane: linear between
-    double above[8];           ///< the facet's plane
-    double within[8];          ///< the nearest edge's, positive over the facet's inside
-    double bound[8];           ///< no more than the squared distance to the facet, and equal to it over its inside
-
-    [[gnu::always_inline]] void start(const FacetPlanes& p, int x, int y) {
-        for (int k = 0; k < 4; ++k) {
-            first[k] = p.at[k] + x * p.x[k] + y * p.y[k];
-            last[k] = first[k] + 7 * p.z[k];
-        }
-    }
-    /// Does the whole row lie farther than this on one side of a plane?
-    [[gnu::always_inline]] bool beyond(int k, double far) const { return first[k] > far && last[k] > far; }
-    [[gnu::always_inline]] bool before(int k, double far) const { return first[k] < far && last[k] < far; }
-
-    [[gnu::always_inline]] void fill(const FacetPlanes& p) {
-        const double height = first[0], ab = first[1], bc = first[2], ca = first[3];
-        const double up = p.z[0], upAb = p.z[1], upBc = p.z[2], upCa = p.z[3];
-        PAVEL_ROLLED
-        for (int z = 0; z < 8; ++z) {
-            const double over = height + z * up, inAb = ab + z * upAb, inBc = bc + z * upBc, inCa = ca + z * upCa;
-            double least = inAb < inBc ? inAb : inBc;
-            least = inCa < least ? inCa : least;
-            const double out = least < 0 ? least : 0;
-            above[z] = over;
-            bound[z] = over * over + out * out;
-            within[z] = least;
+            at[k] = float(dot(first - *through[k], n)), x[k] = float(n[0]), y[k] = float(n[1]), z[k] = float(n[2]);
         }
     }
 };
@@ -181,96 +148,121 @@ struct FacetRow {
 /// Squared distances in a block, and on which side their voxels lie.
 struct BlockDistances {
     Coord origin;
-    double distance2[512];
-    double above[512];  ///< negative inside
+    float distance2[512];
+    float above[512];  ///< negative inside
 };
 
-/// Calls f(facet, planes, row, x, y) for the rows of a block that come near to a facet's box and plane; the row is
-/// started, not filled.
+/// Calls f(facet, x, above, within, bound) for each slab of 64 voxels that a facet may come near to. above: the facet's
+/// plane. within: the nearest edge's, positive over the facet's inside. bound: no more than the squared distance to the
+/// facet, and equal to it over its inside.
 template <class F>
-[[gnu::always_inline]] inline void forRowsNear(const std::vector<Facet>& facets, const Meeting* first,
-                                               const Meeting* last, const Coord& origin, float band, F f) {
-    FacetRow row;
+[[gnu::always_inline]] inline void forSlabsNear(const std::vector<Facet>& facets, const Meeting* first,
+                                                const Meeting* last, const Coord& origin, float band, F f) {
+    float above[64], within[64], bound[64];
+    float flat[4][64];  // of each plane, in the block's first slab
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& facet = facets[size_t(m->facet)];
-        const FacetPlanes planes(facet, centreOf(origin));
-        int lo[2], hi[2];
-        for (int k = 0; k < 2; ++k) {
-            lo[k] = std::max(0, int(std::ceil(std::min({facet.a[k], facet.b[k], facet.c[k]}) - band)) - origin[k]);
-            hi[k] = std::min(7, int(std::floor(std::max({facet.a[k], facet.b[k], facet.c[k]}) + band)) - origin[k]);
-        }
-        for (int x = lo[0]; x <= hi[0]; ++x)
-            for (int y = lo[1]; y <= hi[1]; ++y) {
-                row.start(planes, x, y);
-                if (!row.beyond(0, band) && !row.before(0, -band)) f(facet, planes, row, x, y);
+        const FacetPlanes p(facet, centreOf(origin));
+        const double lo = std::min({facet.a[0], facet.b[0], facet.c[0]}) - double(band),
+                     hi = std::max({facet.a[0], facet.b[0], facet.c[0]}) + double(band);
+        const int from = std::max(0, int(std::ceil(lo)) - origin[0]), to = std::min(7, int(std::floor(hi)) - origin[0]);
+        float least[4], most[4];
+        for (int k = 0; k < 4; ++k) {
+            const float start = p.at[k], y = p.y[k], z = p.z[k];
+            for (int row = 0; row < 8; ++row) {
+                PAVEL_ROLLED
+                for (int n = 0; n < 8; ++n) flat[k][8 * row + n] = start + float(row) * y + float(n) * z;
             }
+            least[k] = start + std::min(7 * y, 0.f) + std::min(7 * z, 0.f);
+            most[k] = start + std::max(7 * y, 0.f) + std::max(7 * z, 0.f);
+        }
+        for (int x = from; x <= to; ++x) {
+            const float up = float(x) * p.x[0], upAb = float(x) * p.x[1], upBc = float(x) * p.x[2],
+                        upCa = float(x) * p.x[3];
+            if (least[0] + up > band || most[0] + up < -band || most[1] + upAb < -band || most[2] + upBc < -band ||
+                most[3] + upCa < -band)
+                continue;
+            PAVEL_ROLLED
+            for (int v = 0; v < 64; ++v) {
+                const float over = flat[0][v] + up, inAb = flat[1][v] + upAb, inBc = flat[2][v] + upBc,
+                            inCa = flat[3][v] + upCa, inAbBc = inAb < inBc ? inAb : inBc,
+                            in = inCa < inAbBc ? inCa : inAbBc, out = in < 0 ? in : 0;
+                above[v] = over;
+                within[v] = in;
+                bound[v] = over * over + out * out;
+            }
+            f(facet, x, above, within, bound);
+        }
     }
 }
 
 /// Of the voxels over the insides of facets: nearly all.
 PAVEL_WIDE void fromInsides(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band,
                             BlockDistances& block) {
-    const auto take = [&](const Facet&, const FacetPlanes& planes, FacetRow& row, int x, int y)
+    const auto take = [&](const Facet&, int x, const float* over, const float* within, const float* bound)
         __attribute__((always_inline)) {
-        if (row.before(1, 0) || row.before(2, 0) || row.before(3, 0)) return;
-        row.fill(planes);
-        double *distance2 = block.distance2 + x * 64 + y * 8, *above = block.above + x * 64 + y * 8;
+        float *distance2 = block.distance2 + x * 64, *above = block.above + x * 64;
         PAVEL_ROLLED
-        for (int z = 0; z < 8; ++z) {
-            const bool nearer = (row.within[z] > 0) & (row.bound[z] < distance2[z]);
-            distance2[z] = nearer ? row.bound[z] : distance2[z];
-            above[z] = nearer ? row.above[z] : above[z];
+        for (int v = 0; v < 64; ++v) {
+            const bool nearer = (within[v] > 0) & (bound[v] < distance2[v]);
+            distance2[v] = nearer ? bound[v] : distance2[v];
+            above[v] = nearer ? over[v] : above[v];
         }
     };
-    forRowsNear(facets, first, last, block.origin, band, take);
+    forSlabsNear(facets, first, last, block.origin, band, take);
 }
 
 /// Of those that are nearer to an edge or a corner: costly, and rare once all insides have been asked.
 PAVEL_WIDE void fromRims(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band,
                          BlockDistances& block) {
-    const auto take = [&](const Facet& f, const FacetPlanes& planes, FacetRow& row, int x, int y)
+    const auto take = [&](const Facet& f, int x, const float*, const float* within, const float* bound)
         __attribute__((always_inline)) {
-        if (row.before(1, -band) || row.before(2, -band) || row.before(3, -band) ||
-            (row.beyond(1, 0) && row.beyond(2, 0) && row.beyond(3, 0)))
-            return;
-        row.fill(planes);
-        const int v = x * 64 + y * 8;
-        double* distance2 = block.distance2 + v;
-        int maybe = 0;
+        float* distance2 = block.distance2 + x * 64;
+        int asked[64], any = 0;
         PAVEL_ROLLED
-        for (int z = 0; z < 8; ++z) maybe |= int((row.within[z] <= 0) & (row.bound[z] < distance2[z])) << z;
-        for (int z = 0; maybe >> z; ++z) {
-            if (!(maybe >> z & 1)) continue;
+        for (int v = 0; v < 64; ++v) {
+            asked[v] = int((within[v] <= 0) & (bound[v] < distance2[v]));
+            any |= asked[v];
+        }
+        for (int v = 0; any && v < 64; ++v) {
+            if (!asked[v]) continue;
             const Vec3* normal = nullptr;
-            const Vec3 d = fromNearest(f, centreOf(block.origin.offsetBy(x, y, z)), normal);
-            const double d2 = dot(d, d);
-            if (d2 >= distance2[z]) continue;
-            distance2[z] = d2;
-            block.above[v + z] = dot(d, *normal) < 0 ? -1 : 1;
+            const Vec3 d = fromNearest(f, centreOf(block.origin.offsetBy(x, v >> 3, v & 7)), normal);
+            const float d2 = float(dot(d, d));
+            if (d2 >= distance2[v]) continue;
+            distance2[v] = d2;
+            block.above[x * 64 + v] = dot(d, *normal) < 0 ? -1 : 1;
         }
     };
-    forRowsNear(facets, first, last, block.origin, band, take);
+    forSlabsNear(facets, first, last, block.origin, band, take);
+}
+
+/// Distances from their squares; negative below.
+PAVEL_WIDE void signedDistances(const BlockDistances& block, float band, float* out) {
+    constexpr float kOn = 1e-5f;  // rounding shall not tell the side of voxels that lie in a facet's plane
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float d = std::sqrt(block.distance2[v]), kept = d > 1e-6f ? d : 1e-6f;  // zero would be no side at all
+        const float within = block.above[v] < -kOn ? -kept : kept;
+        out[v] = block.distance2[v] < band * band ? within : band;
+    }
 }
 
 /// One block's distances; null where none is within the band.
 WorkLeaf* makeLeaf(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band) {
-    constexpr double kOn = 1e-9;  // rounding shall not tell the side of voxels that lie in a facet's plane
-    const double most = double(band) * band;
+    const float most = band * band;
     BlockDistances block;
     block.origin = originOf(first->block);
     std::fill(block.distance2, block.distance2 + 512, most);
     std::fill(block.above, block.above + 512, 1);
     fromInsides(facets, first, last, band, block);
     fromRims(facets, first, last, band, block);
-    if (std::all_of(block.distance2, block.distance2 + 512, [&](double d2) { return d2 >= most; })) return nullptr;
+    const auto isFar = [&](float d2) { return d2 >= most; };
+    if (std::all_of(block.distance2, block.distance2 + 512, isFar)) return nullptr;
     auto leaf = std::make_unique<WorkLeaf>(block.origin, band, false);
-    float* values = leaf->buffer().data();
-    for (openvdb::Index v = 0; v < 512; ++v) {
-        if (!(block.distance2[v] < most)) continue;
-        const float d = std::max(float(std::sqrt(block.distance2[v])), 1e-6f);  // zero would be no side at all
-        values[v] = block.above[v] < -kOn ? -d : d;
-        leaf->setValueOn(v);
-    }
+    signedDistances(block, band, leaf->buffer().data());
+    for (openvdb::Index v = 0; v < 512; ++v)
+        if (!isFar(block.distance2[v])) leaf->setValueOn(v);
     return leaf.release();
 }
 

@@ -5,7 +5,7 @@
 namespace pavel {
 namespace {
 
-PAVEL_WIDE void addFrontArea(const float* own, const float* clip, const float* slope, double& voxels, double& slopes) {
+PAVEL_WIDE void frontArea(const float* own, const float* clip, const float* slope, double& voxels, double& slopes) {
     constexpr int kLanes = 16;
     float count[kLanes] = {}, sum[kLanes] = {};
     for (int v = 0; v < 512; v += kLanes) {
@@ -144,6 +144,7 @@ RegionMeasure::RegionMeasure(const Region& region) : region_(region) {
         region.values(b, 0, &(*values_)[size_t(b) * 512]);
         if (!region.moves(b)) continue;
         moving_.push_back(b);
+        region.addFrontArea(b, frontVoxels_, frontSlopes_);
         changes[size_t(b)] = 1;
         for (int n : region.beside(b))
             if (n >= 0) changes[size_t(n)] = 1;
@@ -181,10 +182,9 @@ void Region::advance(double later) {
     for (size_t i = 0; i < own_->size(); i += 512) advanced(float(later), &(*slope_)[i], &(*own_)[i]);
 }
 
-void Region::frontArea(double& voxels, double& slopes) const {
-    voxels = slopes = 0;
-    for (size_t i = 0; i < own_->size(); i += 512)
-        addFrontArea(&(*own_)[i], &(*clip_)[i], &(*slope_)[i], voxels, slopes);
+void Region::addFrontArea(int block, double& voxels, double& slopes) const {
+    const size_t at = size_t(block) * 512;
+    frontArea(&(*own_)[at], &(*clip_)[at], &(*slope_)[at], voxels, slopes);
 }
 
 void Region::dropStrays() {

@@ -47,8 +47,8 @@ class Region {
     uint64_t filledVoxels() const { return filled_; }
     /// Moves own on to the later stop time.
     void advance(double later);
-    /// Voxels of the free front and the sum of their slopes: dV/dT.
-    void frontArea(double& voxels, double& slopes) const;
+    /// Voxels of the free front in a block and the sum of their slopes: dV/dT.
+    void addFrontArea(int block, double& voxels, double& slopes) const;
     /// The 512 values of a block, max(own, clip), for a front that stops later.
     void values(int block, double later, float* out) const;
 
@@ -88,6 +88,9 @@ class RegionMeasure {
     /// The region must outlive it unchanged.
     explicit RegionMeasure(const Region& region);
     InsideMeasure operator()(double later);
+    /// Of the whole region: as Region's.
+    double frontVoxels() const { return frontVoxels_; }
+    double frontSlopes() const { return frontSlopes_; }
 
   private:
     InsideMeasure measure(int block) const;
@@ -96,6 +99,7 @@ class RegionMeasure {
     std::vector<int> moving_, beside_;  // blocks with front in them; they and their face neighbours
     Scratch values_;
     InsideMeasure rest_;
+    double frontVoxels_ = 0, frontSlopes_ = 0;
 };
 
 }  // namespace pavel

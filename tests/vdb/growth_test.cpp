@@ -244,9 +244,8 @@ TEST(RegionBuilder, FollowsTheSurfaceBeyondTheOutline) {
         const Region region = builder.refine(0, Outline(coarse, later, kFactor));
         return RegionMeasure(region)(0).volume;
     };
-    double voxels, slopes;
-    coarse.frontArea(voxels, slopes);
-    const double right = volumeFrom(0), reach = voxels / slopes;
+    const RegionMeasure front(coarse);
+    const double right = volumeFrom(0), reach = front.frontVoxels() / front.frontSlopes();
     EXPECT_NEAR(right / (kFactor * kFactor * kFactor * target), 1, 2e-3);
     // Outlines of a front that stopped three voxels earlier and later.
     EXPECT_NEAR(volumeFrom(-3 * reach) / right, 1, 1e-5);
