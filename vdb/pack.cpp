@@ -1,6 +1,7 @@
 #include "pavel/vdb/pack.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -93,7 +94,8 @@ std::vector<CanonicalField> canonicalFields(const std::vector<ElementKind>& kind
         for (const PlacedElement& p : placed)
             if (p.kind == int(k))
                 lo = std::min(lo, p.worldFromElement.scale), hi = std::max(hi, p.worldFromElement.scale);
-        if (hi > 0) fields[k] = makeCanonicalField(kinds[k].mesh, h, lo, hi, deep);
+        // Rigid ones keep every point: nobody asks how deep it lies.
+        if (hi > 0) fields[k] = makeCanonicalField(kinds[k].mesh, h, lo, hi, deep && !std::isinf(kinds[k].stiffness));
     });
     return fields;
 }
@@ -118,7 +120,7 @@ std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields, 
         e.indexFromElement = indexFrame(placed[i], h);
         e.centre = e.indexFromElement.apply(field.centroid);
         e.size = field.bounds.diagonal() * e.indexFromElement.scale;
-        if (deep) e.deep = &field;
+        if (deep && !std::isinf(e.stiffness)) e.deep = &field;
         e.placed = voxelizePlacement(field, e.indexFromElement);
         e.placed->evalLeafBoundingBox(e.box);
         const InsideMeasure m = measureInside(*e.placed);
@@ -227,32 +229,46 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     std::vector<CanonicalField> fields, coarseFields;
     std::vector<WorkElement> coarse;
     openvdb::FloatTree::Ptr coarseBase;
-    {
-        const StageTimer timer(context, "voxelize");
-        grids.base = narrowBand(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
-    }
-    const auto settleOverlap = [&](int factor) {
+    const auto factorAt = [&](double advance) {
+        return factorFor(kinds, materials, placed, h, options.marchAcross, advance);
+    };
+    int factor = factorAt(0);
+    const auto makeCoarseFields = [&] { coarseFields = canonicalFields(kinds, placed, h * factor, deep); };
+    const auto makeCoarseBase = [&] {
+        coarseBase = factor > 1 ? narrowBand(baseMesh, h * factor)->treePtr() : grids.base;
+    };
+    const auto settleOverlap = [&] {
         {
             const StageTimer timer(context, "voxelize");
-            coarseBase = factor > 1 ? narrowBand(baseMesh, h * factor)->treePtr() : grids.base;
-            coarseFields = canonicalFields(kinds, placed, h * factor, deep);
             coarse = voxelizeAll(coarseFields, kinds, placed, h * factor, deep, context);
         }
         const StageTimer timer(context, "overlap");
         resolveOverlap(coarse, coarseBase.get(), options.recoverBaseLoss, context);
     };
-    const auto factorAt = [&](double advance) {
-        return factorFor(kinds, materials, placed, h, options.marchAcross, advance);
-    };
-    int factor = factorAt(0);
-    settleOverlap(factor);
-    // How far the fronts have to go is known only now.
-    if (const int finer = factorAt(advanceOf(coarse, materials)); finer < factor) settleOverlap(factor = finer);
-    const double coarseH = h * factor;
-    if (factor > 1) {
+    {
         const StageTimer timer(context, "voxelize");
-        fields = canonicalFields(kinds, placed, h, false);
+        const auto makeBase = [&] {
+            grids.base = narrowBand(baseMesh, h, float(kBaseBand + options.gap / h))->treePtr();
+            if (factor == 1) makeCoarseBase();
+        };
+        const auto makeFields = [&] { fields = canonicalFields(kinds, placed, h, false); };
+        // All at once, as none of them keeps all threads busy.
+        if (factor > 1)
+            tbb::parallel_invoke(makeCoarseFields, makeFields, makeCoarseBase, makeBase);
+        else
+            tbb::parallel_invoke(makeCoarseFields, makeBase);
     }
+    settleOverlap();
+    // How far the fronts have to go is known only now.
+    if (const int finer = factorAt(advanceOf(coarse, materials)); finer < factor) {
+        factor = finer;
+        {
+            const StageTimer timer(context, "voxelize");
+            tbb::parallel_invoke(makeCoarseFields, makeCoarseBase);
+        }
+        settleOverlap();
+    }
+    const double coarseH = h * factor;
     Growth growth(coarse, coarseBase.get(), materials);
     /// The packed shape of a region whose front stops later by something.
     const auto finish = [&](int element, Region& region, double later, double target) {
