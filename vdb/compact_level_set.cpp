@@ -10,8 +10,7 @@ namespace pavel {
 
 CompactLevelSet::CompactLevelSet(const WorkTree& tree)
     : CompactLevelSet(tree.background(), tree.leafCount(), tree.activeLeafVoxelCount()) {
-    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
-        add(leaf->origin(), leaf->getValueMask(), leaf->buffer().data());
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) add(leaf->origin(), leaf->getValueMask(), leaf->buffer().data());
 }
 
 CompactLevelSet::CompactLevelSet(float background, size_t blocks, size_t activeVoxels) : background_(background) {

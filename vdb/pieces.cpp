@@ -38,8 +38,7 @@ Slabs takePiece(Slabs& rest) {
     for (bool grows = true; grows;) {
         grows = false;
         const auto fill = [&](size_t x) {
-            const uint64_t from =
-                piece[x] | (((x > 0 ? piece[x - 1] : 0) | (x < 7 ? piece[x + 1] : 0)) & rest[x]);
+            const uint64_t from = piece[x] | (((x > 0 ? piece[x - 1] : 0) | (x < 7 ? piece[x + 1] : 0)) & rest[x]);
             const uint64_t filled = filledSlab(from, rest[x]);
             grows |= filled != piece[x];
             piece[x] = filled;

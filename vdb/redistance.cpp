@@ -166,9 +166,8 @@ BlockLevelSet redistanced(const Region& raw, float band) {
                 f.tile = b == Region::kInside ? -kBand : kBand;
             return f;
         };
-        solvePart(list[k], band, values, [&](const Coord& origin, const float* d, const BlockMask& near) {
-            made[k].add(origin, d, near);
-        });
+        solvePart(list[k], band, values,
+                  [&](const Coord& origin, const float* d, const BlockMask& near) { made[k].add(origin, d, near); });
     });
     for (auto& blocks : made) clean.add(std::move(blocks));
     forEachBlock(CoordBBox(lo, hi), [&](const Coord& origin) {

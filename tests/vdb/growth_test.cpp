@@ -184,7 +184,8 @@ TEST(Growth, WindowsDoNotChangeWhoGetsWhat) {
         grownVoxels = double(growth.grownVoxels());
         const RegionBuilder builder(elements, nullptr, growth.fronts());
         packed.emplace_back();
-        for (size_t i = 0; i < elements.size(); ++i) packed.back().push_back(redistanced(builder.build(int(i))).compact().tree());
+        for (size_t i = 0; i < elements.size(); ++i)
+            packed.back().push_back(redistanced(builder.build(int(i))).compact().tree());
     }
     size_t differ = 0;
     for (size_t i = 0; i < places.size(); ++i) {
