@@ -1,5 +1,6 @@
 #include <tbb/info.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "pavel/core/mesh_check.h"
@@ -27,28 +28,39 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
         thinnest = std::min(thinnest, meshBounds(k.mesh).size().min());
         rise = std::min(rise, scene.elements[i].a.value_or(scene.material.a) * meshBounds(k.mesh).diagonal());
     }
-    double n = 0;
+    double n = 0, leastScale = 1 - scene.sizeVariation;
+    double placed = 0, placedVolume = 0, placedArea = 0;  // by hand: each as it is
     const auto manual = loadPlacements(scene);
     for (size_t i = 0; i < scene.seedings.size(); ++i) {
         const SeedingOptions& d = scene.seedings[i];
         const double v = scene.sizeVariation;
-        n += d.count ? double(*d.count) : double(manual[i].size());
+        for (const PlacementOptions& p : manual[i]) {
+            const auto named = [&](const ElementKind& k) { return k.name == p.element; };
+            const auto kind = std::find_if(kinds.begin(), kinds.end(), named);
+            const TriangleMesh& mesh = (kind == kinds.end() ? kinds.front() : *kind).mesh;
+            placedVolume += meshVolume(mesh) * p.scale * p.scale * p.scale;
+            placedArea += meshArea(mesh) * p.scale * p.scale;
+            leastScale = std::min(leastScale, p.scale);
+        }
+        placed += double(manual[i].size());
+        if (d.count) n += double(*d.count);
         if (!d.coverage && !d.spacing) continue;
         const double decorated =
             meshArea(decoratedSurface(base, d, meanSpacing(base, kinds, d, v), loadMask(scene, d).get()));
         n += d.coverage ? *d.coverage * decorated / meanFootprint(kinds, d, v)
                         : decorated / (d.spacing->first * d.spacing->second);
     }
-    const double voxels = n * volume / weights / (h * h * h);
-    const double surface = n * area / weights / (h * h), baseSurface = meshArea(base) / (h * h);
+    const double voxels = (n * volume / weights + placedVolume) / (h * h * h);
+    const double surface = (n * area / weights + placedArea) / (h * h), baseSurface = meshArea(base) / (h * h);
+    n += placed;
+    // Growth costs by the surface on the grid that fronts march on.
+    const double factor = marchingFactor(thinnest * leastScale / h, rise * leastScale / h);
+    const double marched = surface / (factor * factor);
     // Bytes for each voxel of surface, as measured on the built-in scenes: bands of placed and trimmed bodies, growth,
     // meshes.
-    const double bytes = 240e6 + 300 * surface + 285 * baseSurface;
-    // Seconds of CPU, likewise: the whole run with its files; growth costs by the surface on the grid that fronts march
-    // on.
-    const double factor =
-                     marchingFactor(thinnest * (1 - scene.sizeVariation) / h, rise * (1 - scene.sizeVariation) / h),
-                 cpu = 2.5 + 0.0018 * n + 4.5e-6 * (surface + baseSurface) + 1.9e-6 * surface / (factor * factor);
+    const double bytes = 240e6 + 300 * surface + 285 * baseSurface + 120 * marched;
+    // Seconds of CPU, likewise: the whole run with its files.
+    const double cpu = 2.5 + 0.0018 * n + 4.5e-6 * (surface + baseSurface) + 5.5e-6 * marched;
     const int threads = options.threads > 0 ? options.threads : int(tbb::info::default_concurrency());
     std::printf(
         "%s: valid\n  elements           about %.0f\n  voxel size         %.6g %s\n  decoration voxels  about %.1f "

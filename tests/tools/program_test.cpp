@@ -216,6 +216,15 @@ TEST(Program, ShapesAndExamples) {
     EXPECT_NE(o.text.find("decoration voxels"), std::string::npos);
 }
 
+TEST(Program, ForecastsElementsPlacedByHandAsTheyAre) {
+    const test::TemporaryFolder folder;
+    // Of three kinds of very different sizes; packing it, the report says 5,580,000.
+    ASSERT_EQ(run("example roses -o " + (folder / "ex")).status, 0);
+    const Outcome o = run("validate " + (folder / "ex") + "/scene.json");
+    EXPECT_NE(o.text.find("elements           about 92\n"), std::string::npos) << o.text;
+    EXPECT_NE(o.text.find("decoration voxels  about 5.6 million"), std::string::npos) << o.text;
+}
+
 TEST(Program, RendersFinishesCutsAndTurns) {
     const test::TemporaryFolder folder;
     ASSERT_EQ(run("shape ring -o " + (folder / "ring.ply")).status, 0);
