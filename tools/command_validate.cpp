@@ -19,12 +19,15 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     const std::vector<ElementKind> kinds = loadKinds(scene, context);
     const double h = sceneVoxelSize(scene, kinds);
     checkVoxelSize(base, kinds, h, scene.material.gap, context);
+    std::vector<double> volumes, areas;  // of the kinds
     double weights = 0, volume = 0, area = 0, thinnest = 1e300, rise = 1e300;
     for (size_t i = 0; i < kinds.size(); ++i) {
         const ElementKind& k = kinds[i];
         weights += k.weight;
-        volume += k.weight * meshVolume(k.mesh);
-        area += k.weight * meshArea(k.mesh);
+        volumes.push_back(meshVolume(k.mesh));
+        areas.push_back(meshArea(k.mesh));
+        volume += k.weight * volumes.back();
+        area += k.weight * areas.back();
         thinnest = std::min(thinnest, meshBounds(k.mesh).size().min());
         rise = std::min(rise, scene.elements[i].a.value_or(scene.material.a) * meshBounds(k.mesh).diagonal());
     }
@@ -37,9 +40,9 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
         for (const PlacementOptions& p : manual[i]) {
             const auto named = [&](const ElementKind& k) { return k.name == p.element; };
             const auto kind = std::find_if(kinds.begin(), kinds.end(), named);
-            const TriangleMesh& mesh = (kind == kinds.end() ? kinds.front() : *kind).mesh;
-            placedVolume += meshVolume(mesh) * p.scale * p.scale * p.scale;
-            placedArea += meshArea(mesh) * p.scale * p.scale;
+            const size_t k = kind == kinds.end() ? 0 : size_t(kind - kinds.begin());
+            placedVolume += volumes[k] * p.scale * p.scale * p.scale;
+            placedArea += areas[k] * p.scale * p.scale;
             leastScale = std::min(leastScale, p.scale);
         }
         placed += double(manual[i].size());

@@ -1,7 +1,6 @@
 #include "pavel/vdb/block_level_set.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace pavel {
 namespace {
@@ -50,22 +49,17 @@ InsideMeasure BlockLevelSet::measure() const {
     InsideMeasure m{double(filled_), filled_};
     HaloBlock halo;
     for (size_t b = 0; b < origins_.size(); ++b) {
-        int beside[6];
-        for (int side = 0; side < 6; ++side) {
-            Coord c = origins_[b];
-            c[side / 2] += side % 2 ? 8 : -8;
-            beside[side] = numbers_.at(c);
-        }
+        const std::array<int, 6> beside = numbers_.beside(origins_[b]);
         fillHalo(
-            values_[b], [&](int side) { return beside[side] >= 0 ? at(beside[side]) : nullptr; },
-            [&](int side) { return beside[side] == BlockNumbers::kInside ? -band_ : band_; }, halo);
+            values_[b],
+            [&](int side) {
+                const int n = beside[size_t(side)];
+                return n >= 0 ? values_[size_t(n)] : nullptr;
+            },
+            [&](int side) { return beside[size_t(side)] == BlockNumbers::kInside ? -band_ : band_; }, halo);
         m.add(measureBlock(halo));
     }
     return m;
-}
-
-void BlockLevelSet::shift(float by) {
-    for (float* values : values_) shiftBand(values, by, band_);
 }
 
 double BlockLevelSet::settleVolume(double target, bool growing) {
@@ -79,7 +73,7 @@ double BlockLevelSet::settleVolume(double target, bool growing) {
         if (volume < target) by = std::max(by, -kMost - total);
         by = std::min(by, 0.5);
         total += by;
-        shift(float(by));
+        for (float* values : values_) shiftBand(values, float(by), band_);
         volume = measure().volume;
     }
     return volume;
@@ -90,12 +84,7 @@ CompactLevelSet BlockLevelSet::compact() const {
     for (const BlockMask& mask : near_)
         for (const uint8_t row : mask) active += size_t(__builtin_popcount(row));
     CompactLevelSet out(band_, origins_.size(), active);
-    for (size_t b = 0; b < origins_.size(); ++b) {
-        WorkLeaf::NodeMaskType near;
-        for (openvdb::Index slab = 0; slab < 8; ++slab)
-            std::memcpy(&near.getWord<uint64_t>(slab), &near_[b][slab * 8], 8);
-        out.add(origins_[b], near, values_[b]);
-    }
+    for (size_t b = 0; b < origins_.size(); ++b) out.add(origins_[b], nodeMask(near_[b]), values_[b]);
     return out;
 }
 

@@ -34,9 +34,6 @@ class BlockLevelSet {
     const BlockNumbers& numbers() const { return numbers_; }
 
   private:
-    const float* at(int block) const { return values_[size_t(block)]; }
-    void shift(float by);
-
     float band_;
     BlockNumbers numbers_;
     std::vector<Coord> origins_;

@@ -16,4 +16,14 @@ int BlockBox::index(const Coord& origin) const {
     return (c[0] * count_[1] + c[1]) * count_[2] + c[2];
 }
 
+std::array<int, 6> BlockNumbers::beside(const Coord& origin) const {
+    std::array<int, 6> numbers;
+    for (int side = 0; side < 6; ++side) {
+        Coord c = origin;
+        c[side / 2] += side % 2 ? 8 : -8;
+        numbers[size_t(side)] = at(c);
+    }
+    return numbers;
+}
+
 }  // namespace pavel

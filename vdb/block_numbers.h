@@ -1,5 +1,6 @@
 #pragma once
 // Which block is where, without a search.
+#include <array>
 #include <vector>
 
 #include "pavel/vdb/grid.h"
@@ -37,6 +38,8 @@ class BlockNumbers {
         const int i = box_.index(origin);
         return i < 0 ? kOutside : numbers_[size_t(i)];
     }
+    /// Of the blocks at the faces -x +x -y +y -z +z of one.
+    std::array<int, 6> beside(const Coord& origin) const;
     bool holds(const Coord& origin) const { return box_.index(origin) >= 0; }
     void set(const Coord& origin, int number) { numbers_[size_t(box_.index(origin))] = number; }
     /// Leaf origins of the first and last blocks that may exist.

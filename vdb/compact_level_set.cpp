@@ -2,8 +2,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cstring>
-
 #include "pavel/vdb/pieces.h"
 
 namespace pavel {
@@ -22,9 +20,7 @@ void CompactLevelSet::add(const Coord& origin, const WorkLeaf::NodeMaskType& act
     Block& block = blocks_.emplace_back();
     block.origin = origin;
     block.active = active;
-    const BlockMask inside = negativeMask(values);
-    for (openvdb::Index slab = 0; slab < 8; ++slab)
-        std::memcpy(&block.inside.getWord<uint64_t>(slab), &inside[slab * 8], 8);
+    block.inside = nodeMask(negativeMask(values));
     for (auto on = active.beginOn(); on; ++on) values_.push_back(values[on.pos()]);
 }
 

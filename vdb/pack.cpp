@@ -266,6 +266,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const StageTimer timer(context, "voxelize");
             tbb::parallel_invoke(makeCoarseFields, makeCoarseBase);
         }
+        if (factor == 1) fields.clear();
         settleOverlap();
     }
     const double coarseH = h * factor;

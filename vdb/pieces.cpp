@@ -71,6 +71,13 @@ PAVEL_WIDE BlockMask negativeMask(const float* values) {
     return m;
 }
 
+WorkLeaf::NodeMaskType nodeMask(const BlockMask& m) {
+    const Slabs slabs = slabsOf(m);
+    WorkLeaf::NodeMaskType mask;
+    for (openvdb::Index x = 0; x < 8; ++x) mask.getWord<uint64_t>(x) = slabs[x];
+    return mask;
+}
+
 std::vector<MaskedBlock> straysOf(const std::vector<MaskedBlock>& blocks) {
     std::vector<Slabs> pieces;
     std::vector<int> start;  // of each block's pieces

@@ -16,6 +16,9 @@ inline bool testMask(const BlockMask& m, int v) {
     return m[size_t(v >> 3)] >> (v & 7) & 1;
 }
 
+/// The same as OpenVDB keeps it.
+WorkLeaf::NodeMaskType nodeMask(const BlockMask& m);
+
 struct MaskedBlock {
     Coord origin;
     BlockMask mask;

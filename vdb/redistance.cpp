@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <memory>
 
 #include "pavel/vdb/distance_window.h"
@@ -87,10 +86,7 @@ typename Tree::Ptr redistancedTree(const Tree& raw) {
                   [&](const Coord& origin, const float* d, const BlockMask& near) {
                       auto leaf = std::make_unique<Leaf>(origin, 0.f, false);
                       std::copy(d, d + 512, leaf->buffer().data());
-                      typename Leaf::NodeMaskType on;
-                      for (openvdb::Index slab = 0; slab < 8; ++slab)
-                          std::memcpy(&on.template getWord<uint64_t>(slab), &near[slab * 8], 8);
-                      leaf->setValueMask(on);
+                      leaf->setValueMask(nodeMask(near));
                       made[k].push_back(leaf.release());
                   });
     });

@@ -80,16 +80,6 @@ bool Region::moves(int block) const {
     return anyPositive(&(*slope_)[size_t(block) * 512]);
 }
 
-std::array<int, 6> Region::beside(int block) const {
-    std::array<int, 6> numbers;
-    for (int side = 0; side < 6; ++side) {
-        Coord c = origins_[size_t(block)];
-        c[side / 2] += side % 2 ? 8 : -8;
-        numbers[size_t(side)] = at(c);
-    }
-    return numbers;
-}
-
 Outline::Outline(const Region& region, double later, int factor)
     : numbers_(region.numbers()),
       perBlock_(size_t(factor) * size_t(factor) * size_t(factor)),

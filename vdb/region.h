@@ -43,7 +43,7 @@ class Region {
     /// Does the front move in a block?
     bool moves(int block) const;
     /// Blocks at the faces -x +x -y +y -z +z, or kOutside, kInside.
-    std::array<int, 6> beside(int block) const;
+    std::array<int, 6> beside(int block) const { return numbers_.beside(origin(block)); }
     uint64_t filledVoxels() const { return filled_; }
     /// Moves own on to the later stop time.
     void advance(double later);
