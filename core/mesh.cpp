@@ -40,15 +40,22 @@ Vec3 triangleNormal(const TriangleMesh& mesh, size_t t) {
     return normalized(cross(mesh.corner(t, 1) - mesh.corner(t, 0), mesh.corner(t, 2) - mesh.corner(t, 0)));
 }
 
+std::array<Vec3, 3> cornerNormals(const TriangleMesh& mesh, size_t t) {
+    const Vec3 n = triangleNormal(mesh, t);
+    std::array<Vec3, 3> weighted;
+    for (int k = 0; k < 3; ++k) {
+        const Vec3 p = mesh.corner(t, k);
+        const Vec3 u = normalized(mesh.corner(t, (k + 1) % 3) - p), v = normalized(mesh.corner(t, (k + 2) % 3) - p);
+        weighted[size_t(k)] = std::acos(std::clamp(dot(u, v), -1.0, 1.0)) * n;
+    }
+    return weighted;
+}
+
 std::vector<Vec3> vertexNormals(const TriangleMesh& mesh) {
     std::vector<Vec3> normals(mesh.points.size(), Vec3(0, 0, 0));
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const Vec3 n = triangleNormal(mesh, t);
-        for (int k = 0; k < 3; ++k) {
-            const Vec3 p = mesh.corner(t, k);
-            const Vec3 u = normalized(mesh.corner(t, (k + 1) % 3) - p), v = normalized(mesh.corner(t, (k + 2) % 3) - p);
-            normals[size_t(mesh.triangles[t][size_t(k)])] += std::acos(std::clamp(dot(u, v), -1.0, 1.0)) * n;
-        }
+        const std::array<Vec3, 3> weighted = cornerNormals(mesh, t);
+        for (size_t k = 0; k < 3; ++k) normals[size_t(mesh.triangles[t][k])] += weighted[k];
     }
     for (Vec3& n : normals) n = normalized(n);
     return normals;

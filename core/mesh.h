@@ -39,6 +39,8 @@ double meshArea(const TriangleMesh& mesh);
 /// Signed volume by the divergence theorem; meaningful for closed, consistently oriented meshes.
 double meshVolume(const TriangleMesh& mesh);
 Vec3 triangleNormal(const TriangleMesh& mesh, size_t triangle);
+/// What a triangle adds to the normals of its corners: its own, times the angle there.
+std::array<Vec3, 3> cornerNormals(const TriangleMesh& mesh, size_t triangle);
 /// Unit vertex normals, corner angles as weights.
 std::vector<Vec3> vertexNormals(const TriangleMesh& mesh);
 /// neighbours[t][k]: triangle across the edge from corner k to corner k+1, or -1 at a boundary or non-manifold edge.

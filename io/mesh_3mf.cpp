@@ -55,9 +55,11 @@ std::string uuid(int kind, size_t number) {
 /// One object of the build, with its colours.
 void addObject(NMR::PLib3MFModel* model, const MeshObject& o, size_t number, double scale, const std::string& path) {
     std::vector<NMR::MODELMESHVERTEX> vertices;
+    vertices.reserve(o.mesh.points.size());
     for (const Vec3& p : o.mesh.points)
         vertices.push_back({{float(scale * p[0]), float(scale * p[1]), float(scale * p[2])}});
     std::vector<NMR::MODELMESHTRIANGLE> triangles;
+    triangles.reserve(o.mesh.triangles.size());
     for (const Triangle& t : o.mesh.triangles) triangles.push_back({{DWORD(t[0]), DWORD(t[1]), DWORD(t[2])}});
     Handle<NMR::PLib3MFModelMeshObject> object;
     require(NMR::lib3mf_model_addmeshobject(model, object.out()), path);
@@ -70,10 +72,10 @@ void addObject(NMR::PLib3MFModel* model, const MeshObject& o, size_t number, dou
     require(NMR::lib3mf_object_createdefaultpropertyhandler(object, all.out()), path);
     NMR::MODELMESHCOLOR_SRGB color = colorOf(o.color);
     require(NMR::lib3mf_defaultpropertyhandler_setcolor(all, &color), path);
-    if (!o.vertexColors.empty()) {
+    if (!o.vertexLook.empty()) {
         // One colour for each triangle: slicers do not blend.
         std::vector<NMR::MODELMESHCOLOR_SRGB> colors;
-        for (const Triangle& t : o.mesh.triangles) colors.push_back(colorOf(vertexColor(o, size_t(t[0]))));
+        for (const Triangle& t : o.mesh.triangles) colors.push_back(colorOf(o.colorAt(size_t(t[0]))));
         Handle<NMR::PLib3MFPropertyHandler> each;
         require(NMR::lib3mf_meshobject_createpropertyhandler(object, each.out()), path);
         require(NMR::lib3mf_propertyhandler_setsinglecolorarray(each, colors.data()), path);
@@ -83,25 +85,40 @@ void addObject(NMR::PLib3MFModel* model, const MeshObject& o, size_t number, dou
     require(NMR::lib3mf_builditem_setuuidutf8(item, uuid(2, number).c_str()), path);
 }
 
+class ThreeMfWriter : public MeshWriter {
+  public:
+    ThreeMfWriter(const std::string& path, double metresPerUnit) : path_(path) {
+        require(NMR::lib3mf_createmodel(model_.out()), path);
+        require(NMR::lib3mf_model_setunit(model_, unitOf(metresPerUnit, scale_)), path);
+        require(NMR::lib3mf_model_addmetadatautf8(model_, "Application", "Pavel"), path);
+    }
+    void add(const MeshObject& o) override {
+        ++objects_;
+        if (!o.mesh.triangles.empty()) addObject(model_, o, objects_, scale_, path_);
+    }
+    void finish() override {
+        require(NMR::lib3mf_model_setbuilduuidutf8(model_, uuid(3, objects_).c_str()), path_);
+        Handle<NMR::PLib3MFModelWriter> writer;
+        require(NMR::lib3mf_model_querywriter(model_, "3mf", writer.out()), path_);
+        if (NMR::lib3mf_writer_writetofileutf8(writer, path_.c_str()) != 0) {
+            DWORD code = 0;
+            LPCSTR message = nullptr;
+            NMR::lib3mf_getlasterror(writer, &code, &message);
+            throw RunError(path_ + ": writing failed (" + (message && *message ? message : "is the disk full?") + ")");
+        }
+    }
+
+  private:
+    std::string path_;
+    Handle<NMR::PLib3MFModel> model_;
+    double scale_ = 1;
+    size_t objects_ = 0;
+};
+
 }  // namespace
 
-void write3mf(const std::string& path, const std::vector<MeshObject>& objects, double metresPerUnit) {
-    Handle<NMR::PLib3MFModel> model;
-    require(NMR::lib3mf_createmodel(model.out()), path);
-    double scale;
-    require(NMR::lib3mf_model_setunit(model, unitOf(metresPerUnit, scale)), path);
-    require(NMR::lib3mf_model_addmetadatautf8(model, "Application", "Pavel"), path);
-    require(NMR::lib3mf_model_setbuilduuidutf8(model, uuid(3, objects.size()).c_str()), path);
-    for (size_t i = 0; i < objects.size(); ++i)
-        if (!objects[i].mesh.triangles.empty()) addObject(model, objects[i], i + 1, scale, path);
-    Handle<NMR::PLib3MFModelWriter> writer;
-    require(NMR::lib3mf_model_querywriter(model, "3mf", writer.out()), path);
-    if (NMR::lib3mf_writer_writetofileutf8(writer, path.c_str()) != 0) {
-        DWORD code = 0;
-        LPCSTR message = nullptr;
-        NMR::lib3mf_getlasterror(writer, &code, &message);
-        throw RunError(path + ": writing failed (" + (message && *message ? message : "is the disk full?") + ")");
-    }
+std::unique_ptr<MeshWriter> open3mf(const std::string& path, double metresPerUnit) {
+    return std::make_unique<ThreeMfWriter>(path, metresPerUnit);
 }
 
 }  // namespace pavel

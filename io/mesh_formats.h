@@ -40,6 +40,14 @@ class Output {
     void raw(T value) {
         bytes(&value, sizeof value);
     }
+    uint64_t size() const { return flushed_ + buffer_.size(); }
+    /// Puts other bytes in the place of some that were written.
+    void patch(long at, const void* data, size_t n) {
+        flush();
+        if (std::fseek(file_, at, SEEK_SET) != 0 || std::fwrite(data, 1, n, file_) != n ||
+            std::fseek(file_, 0, SEEK_END) != 0)
+            fail();
+    }
     void close() {
         flush();
         const bool ok = std::fclose(file_) == 0;
@@ -51,16 +59,42 @@ class Output {
     static constexpr size_t kFlush = size_t(1) << 20;
     void flush() {
         if (std::fwrite(buffer_.data(), 1, buffer_.size(), file_) != buffer_.size()) fail();
+        flushed_ += buffer_.size();
         buffer_.clear();
     }
     [[noreturn]] void fail() { throwWriteFailed(path_); }
     std::string path_, buffer_;
     FILE* file_;
+    uint64_t flushed_ = 0;
 };
 
-inline Vec3 vertexColor(const MeshObject& o, size_t v) {
-    return o.vertexColors.empty() ? o.color : o.vertexColors[v];
-}
+/// A part of a file that waits beside it until its place is known.
+class WaitingPart {
+  public:
+    WaitingPart(const std::string& path, const char* name) : path_(path + "." + name), out(path_) {}
+    ~WaitingPart() { std::remove(path_.c_str()); }
+    /// Moves it to the end of a file.
+    void appendTo(Output& file) {
+        out.close();
+        const std::unique_ptr<FILE, int (*)(FILE*)> in(std::fopen(path_.c_str(), "rb"), &std::fclose);
+        std::vector<char> piece(size_t(1) << 20);
+        uint64_t left = out.size();
+        while (in && left > 0) {
+            const size_t n = std::fread(piece.data(), 1, std::min<uint64_t>(piece.size(), left), in.get());
+            if (n == 0) break;
+            file.bytes(piece.data(), n);
+            left -= n;
+        }
+        if (left > 0) throw RunError(path_ + ": cannot be read back");
+    }
+
+  private:
+    std::string path_;
+
+  public:
+    Output out;
+};
+
 inline uint8_t toByte(double c) {
     return uint8_t(std::lround(255 * std::clamp(c, 0.0, 1.0)));
 }
@@ -76,12 +110,12 @@ inline std::string materialName(const MeshObject& o) {
     return o.material.empty() ? name : o.material;
 }
 /// @param materialFile write NAME.mtl beside it, too
-void writeObj(const std::string& path, const std::vector<MeshObject>& objects, bool materialFile);
-void writePly(const std::string& path, const std::vector<MeshObject>& objects);
-void writeStl(const std::string& path, const std::vector<MeshObject>& objects);
-void writeOff(const std::string& path, const std::vector<MeshObject>& objects);
-void writeGlb(const std::string& path, const std::vector<MeshObject>& objects, double metresPerUnit);
-void write3mf(const std::string& path, const std::vector<MeshObject>& objects, double metresPerUnit);
-void writeUsda(const std::string& path, const std::vector<MeshObject>& objects, const MeshFileOptions& options);
+std::unique_ptr<MeshWriter> openObj(const std::string& path, bool materialFile);
+std::unique_ptr<MeshWriter> openPly(const std::string& path);
+std::unique_ptr<MeshWriter> openStl(const std::string& path);
+std::unique_ptr<MeshWriter> openOff(const std::string& path);
+std::unique_ptr<MeshWriter> openGlb(const std::string& path, double metresPerUnit);
+std::unique_ptr<MeshWriter> open3mf(const std::string& path, double metresPerUnit);
+std::unique_ptr<MeshWriter> openUsda(const std::string& path, const MeshFileOptions& options);
 
 }  // namespace pavel

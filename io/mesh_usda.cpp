@@ -35,35 +35,49 @@ void writePrim(Output& out, const MeshObject& o) {
     list("point3f[] points", points.size(), [&](size_t i) { tuple(points[i], "(%.9g, %.9g, %.9g)"); });
     // Linear, as USD takes colours.
     const auto color = [&](size_t i) {
-        const Vec3 c = vertexColor(o, i);
+        const Vec3 c = o.colorAt(i);
         tuple({toLinear(c[0]), toLinear(c[1]), toLinear(c[2])}, "(%.4g, %.4g, %.4g)");
     };
-    list("color3f[] primvars:displayColor", o.vertexColors.empty() ? 1 : points.size(), color);
-    if (!o.vertexColors.empty()) {
+    list("color3f[] primvars:displayColor", o.vertexLook.empty() ? 1 : points.size(), color);
+    if (!o.vertexLook.empty()) {
         out.text("        (\n            interpolation = \"vertex\"\n        )\n");
     }
     out.text("    }\n");
 }
 
+class UsdaWriter : public MeshWriter {
+  public:
+    UsdaWriter(const std::string& path, const MeshFileOptions& options) : out_(path), volume_(options.volume) {
+        out_.print(
+            "#usda 1.0\n(\n    defaultPrim = \"decoration\"\n    metersPerUnit = %.9g\n    upAxis = \"Z\"\n)\n\n",
+            options.metresPerUnit);
+        out_.text("def Xform \"decoration\"\n{\n");
+    }
+    void add(const MeshObject& o) override {
+        if (!o.mesh.triangles.empty()) writePrim(out_, o);
+    }
+    void finish() override {
+        if (!volume_.empty()) {
+            out_.text("    def Volume \"volume\"\n    {\n        token visibility = \"invisible\"\n");
+            out_.text("        rel field:surface = </decoration/volume/surface>\n");
+            out_.text("        def OpenVDBAsset \"surface\"\n        {\n");
+            out_.text("            asset filePath = @./" + volume_ + "@\n");
+            out_.text("            token fieldName = \"surface\"\n            token fieldDataType = \"float\"\n");
+            out_.text("            token fieldClass = \"levelSet\"\n        }\n    }\n");
+        }
+        out_.text("}\n");
+        out_.close();
+    }
+
+  private:
+    Output out_;
+    std::string volume_;  // empty: none
+};
+
 }  // namespace
 
-void writeUsda(const std::string& path, const std::vector<MeshObject>& objects, const MeshFileOptions& options) {
-    Output out(path);
-    out.print("#usda 1.0\n(\n    defaultPrim = \"decoration\"\n    metersPerUnit = %.9g\n    upAxis = \"Z\"\n)\n\n",
-              options.metresPerUnit);
-    out.text("def Xform \"decoration\"\n{\n");
-    for (const MeshObject& o : objects)
-        if (!o.mesh.triangles.empty()) writePrim(out, o);
-    if (!options.volume.empty()) {
-        out.text("    def Volume \"volume\"\n    {\n        token visibility = \"invisible\"\n");
-        out.text("        rel field:surface = </decoration/volume/surface>\n");
-        out.text("        def OpenVDBAsset \"surface\"\n        {\n");
-        out.text("            asset filePath = @./" + options.volume + "@\n");
-        out.text("            token fieldName = \"surface\"\n            token fieldDataType = \"float\"\n");
-        out.text("            token fieldClass = \"levelSet\"\n        }\n    }\n");
-    }
-    out.text("}\n");
-    out.close();
+std::unique_ptr<MeshWriter> openUsda(const std::string& path, const MeshFileOptions& options) {
+    return std::make_unique<UsdaWriter>(path, options);
 }
 
 }  // namespace pavel

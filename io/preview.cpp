@@ -113,14 +113,13 @@ Bounds boundsOf(const std::vector<MeshObject>& objects) {
 /// What the lamp reaches, from where it stands.
 class ShadowMap {
   public:
-    ShadowMap(Stage& stage, const Vec3& towardsLamp, const Vec3& middle, double radius,
+    ShadowMap(const Stage& stage, const Vec3& towardsLamp, const Vec3& middle, double radius,
               const std::optional<CutPlane>& cut)
         : raster_(kSize, kSize), camera_(orthonormalCamera(towardsLamp)) {
         camera_.eye = middle + 2 * radius * towardsLamp;
         camera_.scale = 0.49 * kSize / radius;
         camera_.cx = camera_.cy = 0.5 * kSize;
-        stage.project(camera_);
-        stage.draw(raster_, cut);
+        stage.draw(camera_, raster_, cut);
     }
     struct Light {
         double lit = 0;    ///< share of the lamp
@@ -177,8 +176,8 @@ std::vector<uint8_t> render(const std::vector<MeshObject>& objects, const View& 
     const Studio studio(camera);
     const ShadowMap shadow(stage, studio.key(), middle, radius, view.cut);
     Raster raster(w, h);
-    stage.project(camera);
-    stage.draw(raster, view.cut);
+    stage.draw(camera, raster, view.cut);
+    stage.makeNormals(raster);
     // Where the cut opens a solid, its inner side is seen: what is meant is the section.
     std::vector<char> section(view.cut ? raster.item.size() : 0, 0);
     if (view.cut)
@@ -212,20 +211,19 @@ std::vector<uint8_t> render(const std::vector<MeshObject>& objects, const View& 
                 const auto [o, t] = stage.locate(raster.item[at]);
                 const MeshObject& object = objects[o];
                 const Triangle& tri = object.mesh.triangles[t];
-                const Vec3 q[3] = {stage.projected[o][size_t(tri[0])], stage.projected[o][size_t(tri[1])],
-                                   stage.projected[o][size_t(tri[2])]};
+                Vec3 q[3];
+                for (int k = 0; k < 3; ++k) q[k] = camera.project(object.mesh.corner(t, k));
                 double b[3];
                 Raster::weights(q, x + 0.5, y + 0.5, b);
                 Vec3 n(0, 0, 0), p(0, 0, 0), color(0, 0, 0);
                 for (size_t k = 0; k < 3; ++k) {
                     const size_t v = size_t(tri[k]);
-                    n += b[k] * stage.normals[o][v];
+                    n += b[k] * stage.normal(o, v);
                     p += b[k] * object.mesh.points[v];
-                    color += b[k] * (object.vertexColors.empty() ? object.color : object.vertexColors[v]);
+                    color += b[k] * object.colorAt(v);
                 }
                 const size_t most = size_t(std::max_element(b, b + 3) - b);
-                const Finish finish =
-                    object.vertexFinish.empty() ? object.finish : object.vertexFinish[size_t(tri[most])];
+                const Finish finish = object.finishAt(size_t(tri[most]));
                 const double depth = raster.depth[at];
                 if (view.cut && section[at]) {
                     n = view.cut->normal;

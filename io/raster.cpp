@@ -47,10 +47,9 @@ void Raster::weights(const Vec3 (&p)[3], double x, double y, double (&w)[3]) {
     w[0] = 1 - w[1] - w[2];
 }
 
-Stage::Stage(const std::vector<MeshObject>& o) : objects(o), normals(o.size()) {
+Stage::Stage(const std::vector<MeshObject>& o) : objects(o) {
     int64_t n = 0;
     for (const MeshObject& m : o) first_.push_back(n), n += int64_t(m.mesh.triangles.size());
-    tbb::parallel_for(size_t(0), o.size(), [&](size_t i) { normals[i] = vertexNormals(o[i].mesh); });
 }
 
 std::pair<size_t, size_t> Stage::locate(int64_t id) const {
@@ -58,37 +57,63 @@ std::pair<size_t, size_t> Stage::locate(int64_t id) const {
     return {object, size_t(id - first_[object])};
 }
 
-void Stage::project(const Camera& camera) {
-    projected.resize(objects.size());
-    rows_.resize(objects.size());
+void Stage::makeNormals(const Raster& raster) {
+    places_.resize(objects.size());
+    normals_.resize(objects.size());
+    for (size_t o = 0; o < objects.size(); ++o) places_[o].assign(objects[o].mesh.points.size(), kUnseen);
+    std::vector<uint32_t> counts(objects.size(), 0);
+    int64_t last = -1;
+    for (const int64_t id : raster.item) {
+        if (id < 0 || id == last) continue;
+        last = id;
+        const auto [o, t] = locate(id);
+        for (int v : objects[o].mesh.triangles[t])
+            if (uint32_t& place = places_[o][size_t(v)]; place == kUnseen) place = counts[o]++;
+    }
     tbb::parallel_for(size_t(0), objects.size(), [&](size_t o) {
-        const auto& points = objects[o].mesh.points;
-        projected[o].resize(points.size());
-        tbb::parallel_for(size_t(0), points.size(), [&](size_t i) { projected[o][i] = camera.project(points[i]); });
-        const auto& triangles = objects[o].mesh.triangles;
-        rows_[o].assign((triangles.size() + kRun - 1) / kRun, {1e30, -1e30});
-        tbb::parallel_for(size_t(0), rows_[o].size(), [&](size_t run) {
-            auto& [lo, hi] = rows_[o][run];
-            for (size_t t = run * kRun; t < std::min(triangles.size(), (run + 1) * kRun); ++t)
-                for (int v : triangles[t])
-                    lo = std::min(lo, projected[o][size_t(v)][1]), hi = std::max(hi, projected[o][size_t(v)][1]);
-        });
+        if (counts[o] == 0) return;
+        const TriangleMesh& m = objects[o].mesh;
+        std::vector<Vec3>& normals = normals_[o];
+        normals.assign(counts[o], Vec3(0, 0, 0));
+        for (size_t t = 0; t < m.triangles.size(); ++t) {
+            uint32_t at[3];
+            for (size_t k = 0; k < 3; ++k) at[k] = places_[o][size_t(m.triangles[t][k])];
+            if (at[0] == kUnseen && at[1] == kUnseen && at[2] == kUnseen) continue;
+            const std::array<Vec3, 3> weighted = cornerNormals(m, t);
+            for (size_t k = 0; k < 3; ++k)
+                if (at[k] != kUnseen) normals[at[k]] += weighted[k];
+        }
+        for (Vec3& n : normals) n = normalized(n);
     });
 }
 
-void Stage::draw(Raster& raster, const std::optional<CutPlane>& cut) const {
+void Stage::draw(const Camera& camera, Raster& raster, const std::optional<CutPlane>& cut) const {
+    // The lowest and highest row of each run.
+    std::vector<std::vector<std::pair<double, double>>> rows(objects.size());
+    tbb::parallel_for(size_t(0), objects.size(), [&](size_t o) {
+        const TriangleMesh& m = objects[o].mesh;
+        rows[o].assign((m.triangles.size() + kRun - 1) / kRun, {1e30, -1e30});
+        tbb::parallel_for(size_t(0), rows[o].size(), [&](size_t run) {
+            auto& [lo, hi] = rows[o][run];
+            for (size_t t = run * kRun; t < std::min(m.triangles.size(), (run + 1) * kRun); ++t)
+                for (int v : m.triangles[t]) {
+                    const double y = camera.project(m.points[size_t(v)])[1];
+                    lo = std::min(lo, y), hi = std::max(hi, y);
+                }
+        });
+    });
     // Bands of rows, so that threads write apart; within a band triangles come in order: equal pictures on any number.
     constexpr int kBand = 64;
     tbb::parallel_for(0, (raster.height + kBand - 1) / kBand, [&](int band) {
         const int y0 = band * kBand, y1 = std::min(raster.height, y0 + kBand);
         for (size_t o = 0; o < objects.size(); ++o) {
             const TriangleMesh& m = objects[o].mesh;
-            for (size_t run = 0; run < rows_[o].size(); ++run) {
-                if (rows_[o][run].second < y0 || rows_[o][run].first > y1) continue;
+            for (size_t run = 0; run < rows[o].size(); ++run) {
+                if (rows[o][run].second < y0 || rows[o][run].first > y1) continue;
                 for (size_t t = run * kRun; t < std::min(m.triangles.size(), (run + 1) * kRun); ++t) {
                     const Triangle& c = m.triangles[t];
-                    const Vec3 p[3] = {projected[o][size_t(c[0])], projected[o][size_t(c[1])],
-                                       projected[o][size_t(c[2])]};
+                    const Vec3 p[3] = {camera.project(m.points[size_t(c[0])]), camera.project(m.points[size_t(c[1])]),
+                                       camera.project(m.points[size_t(c[2])])};
                     if (std::max({p[0][1], p[1][1], p[2][1]}) < y0 || std::min({p[0][1], p[1][1], p[2][1]}) > y1)
                         continue;
                     double beyond[3];

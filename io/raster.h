@@ -48,23 +48,27 @@ struct Raster {
     static void weights(const Vec3 (&p)[3], double x, double y, double (&w)[3]);
 };
 
-/// Objects made ready to be drawn from several cameras.
+/// Objects to be drawn from several cameras. Projects corners as they are asked for: where there are millions, a list
+/// of all would take as much memory as the meshes.
 class Stage {
   public:
     explicit Stage(const std::vector<MeshObject>& objects);
     /// Object and triangle of a running number.
     std::pair<size_t, size_t> locate(int64_t id) const;
-    void project(const Camera& camera);
-    void draw(Raster& raster, const std::optional<CutPlane>& cut) const;
+    void draw(const Camera& camera, Raster& raster, const std::optional<CutPlane>& cut) const;
+    /// Makes the normals at the corners of all triangles that are seen.
+    void makeNormals(const Raster& raster);
+    const Vec3& normal(size_t object, size_t vertex) const { return normals_[object][places_[object][vertex]]; }
 
     const std::vector<MeshObject>& objects;
-    std::vector<std::vector<Vec3>> normals, projected;  ///< by object, by vertex
 
   private:
     /// Triangles whose rows are kept together: meshes come in order of place, so most bands skip most runs.
     static constexpr size_t kRun = 1024;
-    std::vector<int64_t> first_;  // running number of each object's first triangle
-    std::vector<std::vector<std::pair<double, double>>> rows_;
+    static constexpr uint32_t kUnseen = ~uint32_t(0);
+    std::vector<int64_t> first_;                 // running number of each object's first triangle
+    std::vector<std::vector<uint32_t>> places_;  // of a vertex among the normals
+    std::vector<std::vector<Vec3>> normals_;
 };
 
 }  // namespace pavel

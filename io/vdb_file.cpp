@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include "pavel/core/error.h"
 #include "pavel/io/vdb_grids.h"
@@ -55,10 +56,39 @@ FloatGrid::Ptr finished(FloatGrid::Ptr grid, const std::string& name, const Pack
     return grid;
 }
 
-FloatGrid::Ptr copyOf(const openvdb::FloatTree& tree) {
-    auto grid = FloatGrid::create(std::make_shared<openvdb::FloatTree>(tree));
-    return grid;
+std::string elementName(size_t i) {
+    char name[32];
+    std::snprintf(name, sizeof name, "element_%05zu", i + 1);
+    return name;
 }
+
+/// A grid that is made when a file asks for it and dropped when it is written: a file of many takes the memory of one.
+/// OpenVDB's archive asks for a copy first, to add statistics to its metadata, then writes topology and buffers.
+class LateGrid : public FloatGrid {
+  public:
+    LateGrid(const std::string& name, const VdbOptions& options, std::function<FloatGrid::Ptr()> make)
+        : make_(std::move(make)), empty_(treePtr()) {
+        setName(name);
+        setGridClass(openvdb::GRID_LEVEL_SET);
+        setSaveFloatAsHalf(options.half);
+    }
+    openvdb::GridBase::ConstPtr copyGrid() const override {
+        const FloatGrid::Ptr made = make_();
+        auto* self = const_cast<LateGrid*>(this);
+        self->setTree(made->treePtr());
+        self->setTransform(made->transformPtr());
+        return made;
+    }
+    void writeBuffers(std::ostream& out) const override {
+        FloatGrid::writeBuffers(out);
+        // The very tree that was there before: the archive knows trees that it has written by their addresses.
+        const_cast<LateGrid*>(this)->setTree(empty_);
+    }
+
+  private:
+    std::function<FloatGrid::Ptr()> make_;
+    openvdb::FloatTree::Ptr empty_;
+};
 
 openvdb::GridPtrVecPtr readGrids(const std::string& path) {
     openvdb::initialize();
@@ -99,14 +129,20 @@ void writeGrids(const std::string& path, const openvdb::GridPtrVec& grids, const
     if (!file) throw RunError(path + ": writing failed");
 }
 
-std::vector<std::string> writeDecorationVdb(const std::string& path, const Packing& packing,
-                                            const VdbOptions& options) {
+std::vector<std::string> writeDecorationVdb(const std::string& path, Packing& packing, const VdbOptions& options) {
     std::vector<std::string> faults;
     openvdb::GridPtrVec grids;
-    grids.push_back(finished(copyOf(*packing.grids->surface), "surface", packing, options, faults));
-    grids.push_back(finished(copyOf(*packing.grids->base), "base", packing, options, faults));
+    const auto take = [&](openvdb::FloatTree::Ptr& tree, const char* name) {
+        auto grid = finished(FloatGrid::create(tree), name, packing, options, faults);
+        tree.reset();
+        grids.push_back(grid);
+        return grid;
+    };
+    const FloatGrid::Ptr surface = take(packing.grids->surface, "surface");
+    take(packing.grids->base, "base");
     if (options.fog) {
-        auto fog = finished(copyOf(*packing.grids->surface), "density", packing, options, faults);
+        const FloatGrid::Ptr fog = surface->deepCopy();
+        fog->setName("density");
         openvdb::tools::sdfToFogVolume(*fog);
         grids.push_back(fog);
     }
@@ -127,15 +163,15 @@ std::vector<std::string> writeElementsVdb(const std::string& path, const Packing
     std::vector<std::string> faults;
     openvdb::GridPtrVec grids;
     for (size_t i = 0; i < packing.grids->elements.size(); ++i) {
-        const WorkTree::Ptr tree = packing.grids->elements[i].tree();
-        if (!tree) continue;
-        char name[32];
-        std::snprintf(name, sizeof name, "element_%05zu", i + 1);
-        auto grid = finished(toFloatGrid(*tree), name, packing, options, faults);
-        grid->insertMeta("id", openvdb::Int32Metadata(int(i) + 1));
-        grid->insertMeta("kind", openvdb::StringMetadata(kindOfElement[i]));
-        grid->insertMeta("volume", openvdb::DoubleMetadata(packing.elements[i].finalVolume));
-        grids.push_back(grid);
+        if (packing.grids->elements[i].empty()) continue;
+        grids.push_back(std::make_shared<LateGrid>(elementName(i), options, [&, i] {
+            auto grid =
+                finished(toFloatGrid(*packing.grids->elements[i].tree()), elementName(i), packing, options, faults);
+            grid->insertMeta("id", openvdb::Int32Metadata(int(i) + 1));
+            grid->insertMeta("kind", openvdb::StringMetadata(kindOfElement[i]));
+            grid->insertMeta("volume", openvdb::DoubleMetadata(packing.elements[i].finalVolume));
+            return grid;
+        }));
     }
     writeGrids(path, grids, options);
     return faults;

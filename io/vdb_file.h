@@ -12,11 +12,13 @@ struct VdbOptions {
     std::string digest;  ///< of the scene, 32 hex digits: names the file's UUID, so that equal runs give equal files
 };
 
-/// `surface`, `base` and, where asked, `density`. Returns what OpenVDB's own checks find wrong with them.
-std::vector<std::string> writeDecorationVdb(const std::string& path, const Packing& packing, const VdbOptions& options);
+/// `surface`, `base` and, where asked, `density`. Takes the two out of the packing, so that they are not held twice.
+/// Returns what OpenVDB's own checks find wrong with them.
+std::vector<std::string> writeDecorationVdb(const std::string& path, Packing& packing, const VdbOptions& options);
 /// `element_id`: its own file, because some readers refuse a file with an Int32 grid.
 void writeElementIdVdb(const std::string& path, const Packing& packing, const VdbOptions& options);
-/// One level set per element, `element_00001` ..., with id, kind and volume as metadata. Returns the same.
+/// One level set per element, `element_00001` ..., with id, kind and volume as metadata, made, written and dropped one
+/// after the other. Returns the same.
 std::vector<std::string> writeElementsVdb(const std::string& path, const Packing& packing,
                                           const std::vector<std::string>& kindOfElement, const VdbOptions& options);
 

@@ -1,7 +1,10 @@
 #include "pavel/tools/decorate.h"
 
+#include <tbb/task_group.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 
 #include "pavel/core/error.h"
 #include "pavel/io/atomic_output.h"
@@ -17,22 +20,30 @@ namespace pavel {
 namespace {
 
 namespace fs = std::filesystem;
-void writeVdb(const AtomicOutput& out, const Scene& scene, const Packing& packing,
-              const std::vector<ElementKind>& kinds, const std::vector<PlacedElement>& placed, RunContext& context) {
-    const auto warn = [&](const std::vector<std::string>& faults) {
-        for (const std::string& f : faults) context.warn(f);
-    };
+
+/// Files that have nothing to do with each other are made side by side.
+class Jobs {
+  public:
+    void add(std::function<void()> job) { jobs_.push_back(std::move(job)); }
+    /// Those that take longest should come first.
+    void run() {
+        tbb::task_group group;
+        for (size_t i = jobs_.size(); i-- > 0;) group.run(jobs_[i]);  // the last is taken first
+        group.wait();
+        jobs_.clear();
+    }
+
+  private:
+    std::vector<std::function<void()>> jobs_;
+};
+
+VdbOptions vdbOptions(const Scene& scene) {
     VdbOptions vdb;
     vdb.half = scene.output.half;
     vdb.fog = scene.output.fog;
     vdb.units = scene.units;
     vdb.digest = sceneDigest(scene);
-    warn(writeDecorationVdb(out.place("decoration.vdb"), packing, vdb));
-    writeElementIdVdb(out.place("element_id.vdb"), packing, vdb);
-    if (!scene.output.separate) return;
-    std::vector<std::string> names;
-    for (const PlacedElement& p : placed) names.push_back(kinds[size_t(p.kind)].name);
-    warn(writeElementsVdb(out.place("elements.vdb"), packing, names, vdb));
+    return vdb;
 }
 
 }  // namespace
@@ -50,30 +61,65 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     const OutputOptions& output = scene.output;
     options.solidWithBase = output.withBase;
     options.surface = output.vdb || output.preview || (!output.mesh.empty() && !output.separate);
-    const Packing packing = pack(base, kinds, placed, options, context);
+    Packing packing = pack(base, kinds, placed, options, context);
 
     Report report;
     report.voxelSize = h;
     report.threads = threads;
-    const OutputMeshes meshes = extractMeshes(packing, kinds, placed, baseLook(scene.base), scene.output, context);
-    report.extractedTriangles = meshes.extractedTriangles;
-    for (const MeshObject& o : meshes.objects) report.finalTriangles += o.mesh.triangles.size();
+    const BaseLook look = baseLook(scene.base);
+    const double metres = metresPerUnit(scene.units);
+    const bool merged = !output.mesh.empty() && !output.separate, separate = !output.mesh.empty() && output.separate;
+    View view = sceneView(scene);
+    view.sharpCreases = output.remeshVertices.has_value();
+    std::vector<MeshObject> fused;
+    if (merged || output.preview) fused.push_back(fusedMesh(packing, kinds, placed, look, output, context));
+    MeshCounts triangles;
+    if (merged) {
+        triangles.extracted = fused[0].mesh.triangles.size();
+        if (output.remeshVertices) {
+            const StageTimer timer(context, "remesh");
+            remeshObjects(fused, *output.remeshVertices, context);
+        }
+        triangles.final = fused[0].mesh.triangles.size();
+    }
+    if (output.figure) {
+        const StageTimer timer(context, "write");
+        std::vector<MeshObject> elements = elementObjects(packing, kinds, placed);
+        writeFigure(out.place("figure.jpg"), scene, base, kinds, seeds, extractBase(packing), std::move(elements));
+    }
+    const auto picture = [&] { renderPicture(out.place("preview.png"), fused, view); };
+    if (separate) {
+        if (output.preview) {
+            const StageTimer timer(context, "write");
+            picture();
+            fused = {};  // so that it is not held beside the rest
+        }
+        triangles = writeSeparate(out, packing, kinds, placed, look, output, metres, context);
+    }
+    report.extractedTriangles = triangles.extracted;
+    report.finalTriangles = triangles.final;
     {
         const StageTimer timer(context, "write");
         writeText(out.place("seeds.json"), seedsJson(seeds, kinds, scene.units));
         writeText(out.place("scene.json"), sceneJson(scene, folder));
-        View view = sceneView(scene);
-        view.sharpCreases = scene.output.remeshVertices.has_value();
-        if (scene.output.preview)
-            renderPicture(out.place("preview.png"), meshes.fused ? *meshes.fused : meshes.objects, view);
-        if (scene.output.figure) {
-            std::vector<MeshObject> elements = elementObjects(packing, kinds, placed);
-            writeFigure(out.place("figure.jpg"), scene, base, kinds, seeds, extractBase(packing), std::move(elements));
+        std::vector<std::string> faults, elementFaults;
+        const VdbOptions vdb = vdbOptions(scene);
+        Jobs jobs;
+        for (const std::string& format : output.mesh)
+            if (merged) jobs.add([&, format] { writeFused(out, format, fused, output, metres); });
+        if (output.vdb && output.separate) {
+            std::vector<std::string> names;
+            for (const PlacedElement& p : placed) names.push_back(kinds[size_t(p.kind)].name);
+            jobs.add([&, names] { elementFaults = writeElementsVdb(out.place("elements.vdb"), packing, names, vdb); });
         }
-        context.progress("write", 0.3);
-        writeMeshes(out, scene.output, meshes.objects, metresPerUnit(scene.units));
-        context.progress("write", 0.6);
-        if (scene.output.vdb) writeVdb(out, scene, packing, kinds, placed, context);
+        if (output.vdb) {
+            jobs.add([&] { faults = writeDecorationVdb(out.place("decoration.vdb"), packing, vdb); });
+            jobs.add([&] { writeElementIdVdb(out.place("element_id.vdb"), packing, vdb); });
+        }
+        if (output.preview && !fused.empty()) jobs.add(picture);
+        jobs.run();
+        faults.insert(faults.end(), elementFaults.begin(), elementFaults.end());
+        for (const std::string& f : faults) context.warn(f);
     }
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(out.place())) files.push_back(entry.path());

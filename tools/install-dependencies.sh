@@ -2,7 +2,7 @@
 # Installs what building and testing need, from Debian 12's packages. Asks for nothing that is there already.
 set -eu
 packages="g++ cmake ninja-build ccache libopenvdb-dev libtbb-dev libboost-dev libboost-iostreams-dev libopenmesh-dev
-  libnanoflann-dev nlohmann-json3-dev libcli11-dev libpng-dev libjpeg-dev libtinygltf-dev lib3mf-dev libmeshoptimizer-dev libeigen3-dev libmetis-dev libimath-dev libblosc-dev zlib1g-dev
+  libnanoflann-dev nlohmann-json3-dev libcli11-dev libpng-dev libjpeg-dev lib3mf-dev libmeshoptimizer-dev libeigen3-dev libmetis-dev libimath-dev libblosc-dev zlib1g-dev
   libgtest-dev python3 python3-openvdb"
 missing=""
 for p in $packages; do

@@ -1,6 +1,7 @@
 #include "pavel/tools/output_meshes.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -13,38 +14,21 @@
 namespace pavel {
 namespace {
 
-size_t triangleCount(const std::vector<MeshObject>& objects) {
-    size_t n = 0;
-    for (const MeshObject& o : objects) n += o.mesh.triangles.size();
-    return n;
-}
-
 MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds,
                        const std::vector<PlacedElement>& placed, const BaseLook& baseLook) {
     MeshObject object;
     object.name = object.material = "decoration";
     object.mesh = std::move(fused.mesh);
-    const size_t n = object.mesh.points.size();
-    object.vertexColors.assign(n, baseLook.color);
-    object.vertexFinish.assign(n, baseLook.finish);
-    std::vector<char> decorated(n, 0);
-    for (size_t t = 0; t < fused.ids.size(); ++t) {
-        const int id = fused.ids[t];
-        if (id == 0) continue;
-        const ElementKind& kind = kinds[size_t(placed[size_t(id) - 1].kind)];
-        const Vec3 c = elementColor(kind, id);
-        for (int v : object.mesh.triangles[t]) {
-            if (decorated[size_t(v)]) continue;
-            object.vertexColors[size_t(v)] = c;
-            object.vertexFinish[size_t(v)] = kind.finish;
-            decorated[size_t(v)] = 1;
-        }
+    object.looks.resize(placed.size() + 1);  // by id, the base first
+    object.looks[0] = {baseLook.color, baseLook.finish};
+    for (const PlacedElement& p : placed) {
+        const ElementKind& kind = kinds[size_t(p.kind)];
+        object.looks[size_t(p.id)] = {elementColor(kind, p.id), kind.finish};
     }
-    const Finish first = n ? object.vertexFinish[0] : Finish::clay;
-    if (std::all_of(object.vertexFinish.begin(), object.vertexFinish.end(), [&](Finish f) { return f == first; })) {
-        object.finish = first;
-        object.vertexFinish.clear();
-    }
+    object.vertexLook.assign(object.mesh.points.size(), 0);
+    for (size_t t = 0; t < fused.ids.size(); ++t)
+        for (int v : object.mesh.triangles[t])
+            if (uint32_t& l = object.vertexLook[size_t(v)]; l == 0) l = uint32_t(fused.ids[t]);
     return object;
 }
 
@@ -88,6 +72,14 @@ void extract(const Packing& packing, double adaptivity, Part& part) {
     part.object.mesh = part.id ? extractElement(packing, part.id, adaptivity) : extractBase(packing, adaptivity);
 }
 
+MeshFileOptions meshFileOptions(const OutputOptions& options, double metresPerUnit) {
+    MeshFileOptions file;
+    file.metresPerUnit = metresPerUnit;
+    file.materialFile = true;
+    if (options.vdb) file.volume = "decoration.vdb";
+    return file;
+}
+
 std::vector<MeshObject> objectsOf(std::vector<Part> parts) {
     std::vector<MeshObject> objects;
     for (Part& p : parts)
@@ -107,27 +99,16 @@ std::vector<MeshObject> elementObjects(const Packing& packing, const std::vector
     return objectsOf(std::move(parts));
 }
 
-OutputMeshes extractMeshes(const Packing& packing, const std::vector<ElementKind>& kinds,
-                           const std::vector<PlacedElement>& placed, const BaseLook& baseLook,
-                           const OutputOptions& options, RunContext& context) {
-    OutputMeshes out;
-    const bool wanted = !options.mesh.empty(), separate = wanted && options.separate;
-    std::vector<MeshObject> fused;
-    if ((wanted && !options.separate) || options.preview) {
-        const StageTimer timer(context, "extract");
-        fused.push_back(
-            fusedObject(extractFused(packing, options.withBase, options.adaptivity), kinds, placed, baseLook));
-    }
-    if (!separate) {
-        out.extractedTriangles = triangleCount(fused);
-        if (wanted && options.remeshVertices) {
-            const StageTimer timer(context, "remesh");
-            remeshObjects(fused, *options.remeshVertices, context);
-        }
-        out.objects = std::move(fused);
-        return out;
-    }
-    out.fused = std::move(fused);
+MeshObject fusedMesh(const Packing& packing, const std::vector<ElementKind>& kinds,
+                     const std::vector<PlacedElement>& placed, const BaseLook& baseLook, const OutputOptions& options,
+                     RunContext& context) {
+    const StageTimer timer(context, "extract");
+    return fusedObject(extractFused(packing, options.withBase, options.adaptivity), kinds, placed, baseLook);
+}
+
+MeshCounts writeSeparate(const AtomicOutput& out, const Packing& packing, const std::vector<ElementKind>& kinds,
+                         const std::vector<PlacedElement>& placed, const BaseLook& baseLook,
+                         const OutputOptions& options, double metresPerUnit, RunContext& context) {
     std::vector<Part> parts = elementParts(packing, kinds, placed);
     if (options.withBase) {
         parts.emplace_back();
@@ -135,11 +116,10 @@ OutputMeshes extractMeshes(const Packing& packing, const std::vector<ElementKind
         parts.back().object.color = baseLook.color;
         parts.back().object.finish = baseLook.finish;
     }
-    // One after the other, so that no more than a few are held as finely as they are extracted.
     const StageTimer timer(context, options.remeshVertices ? "remesh" : "extract");
     double surface = 0;
     for (const Part& p : parts) surface += double(surfaceVoxels(packing, p.id));
-    std::atomic<uint64_t> triangles{0}, vertices{0}, left{0};
+    std::atomic<uint64_t> vertices{0}, left{0}, triangles{0};
     const auto make = [&](Part& part) {
         context.check();
         extract(packing, options.adaptivity, part);
@@ -151,15 +131,55 @@ OutputMeshes extractMeshes(const Packing& packing, const std::vector<ElementKind
                           [&](double) { context.check(); });
         left += part.object.mesh.points.size();
     };
+    const MeshFileOptions file = meshFileOptions(options, metresPerUnit);
+    std::vector<std::unique_ptr<MeshWriter>> writers;
+    bool stl = false;
+    for (const std::string& format : options.mesh) {
+        if (format == "stl")
+            stl = true;
+        else
+            writers.push_back(openMesh(out.place("decoration." + format), file));
+    }
+    MeshCounts counts;
+    const auto write = [&](Part& part) {
+        MeshObject o = std::move(part.object);
+        if (o.mesh.triangles.empty()) return;
+        counts.final += o.mesh.triangles.size();
+        for (const auto& writer : writers) writer->add(o);
+        if (!stl) return;
+        const std::string path = out.place(o.name + ".stl");
+        writeMesh(path, {std::move(o)}, file);
+    };
+    // In order, and no more of them at once than keep all threads busy.
+    const auto atOnce = size_t(3 * tbb::this_task_arena::max_concurrency());
+    size_t next = 0;
+    const auto take = [&](tbb::flow_control& flow) -> Part* {
+        if (next == parts.size()) {
+            flow.stop();
+            return nullptr;
+        }
+        return &parts[next++];
+    };
     // A thread that waits within one does not begin another.
-    tbb::parallel_for(size_t(0), parts.size(),
-                      [&](size_t i) { tbb::this_task_arena::isolate([&] { make(parts[i]); }); });
+    const auto makeAlone = [&](Part* part) {
+        tbb::this_task_arena::isolate([&] { make(*part); });
+        return part;
+    };
+    tbb::parallel_pipeline(atOnce, tbb::make_filter<void, Part*>(tbb::filter_mode::serial_in_order, take) &
+                                       tbb::make_filter<Part*, Part*>(tbb::filter_mode::parallel, makeAlone) &
+                                       tbb::make_filter<Part*, void>(tbb::filter_mode::serial_in_order,
+                                                                     [&](Part* part) { write(*part); }));
+    for (const auto& writer : writers) writer->finish();
     if (options.remeshVertices && vertices <= *options.remeshVertices)
         context.warn("output.remesh.vertices: the surface has only " + std::to_string(vertices) + " vertices; " +
                      std::to_string(left) + " are left");
-    out.extractedTriangles = triangles;
-    out.objects = objectsOf(std::move(parts));
-    return out;
+    counts.extracted = triangles;
+    return counts;
+}
+
+void writeFused(const AtomicOutput& out, const std::string& format, const std::vector<MeshObject>& fused,
+                const OutputOptions& options, double metresPerUnit) {
+    writeMesh(out.place("decoration." + format), fused, meshFileOptions(options, metresPerUnit));
 }
 
 void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context) {
@@ -179,21 +199,6 @@ void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext
         });
     });
     context.progress("remesh", 1);
-}
-
-void writeMeshes(const AtomicOutput& out, const OutputOptions& options, const std::vector<MeshObject>& objects,
-                 double metresPerUnit) {
-    MeshFileOptions file;
-    file.metresPerUnit = metresPerUnit;
-    file.materialFile = true;
-    if (options.vdb) file.volume = "decoration.vdb";
-    for (const std::string& format : options.mesh) {
-        if (format == "stl" && options.separate) {
-            for (const MeshObject& o : objects) writeMesh(out.place(o.name + ".stl"), {o}, file);
-        } else {
-            writeMesh(out.place("decoration." + format), objects, file);
-        }
-    }
 }
 
 }  // namespace pavel

@@ -1,7 +1,5 @@
 #pragma once
 // The meshes that a run leaves.
-#include <optional>
-
 #include "pavel/core/run_context.h"
 #include "pavel/core/scene.h"
 #include "pavel/io/atomic_output.h"
@@ -11,25 +9,29 @@
 
 namespace pavel {
 
-struct OutputMeshes {
-    std::vector<MeshObject> objects;               ///< what is written
-    std::optional<std::vector<MeshObject>> fused;  ///< for the picture, where the objects are apart
-    uint64_t extractedTriangles = 0;               ///< before remeshing
+/// Triangles before and after remeshing.
+struct MeshCounts {
+    uint64_t extracted = 0, final = 0;
 };
 
-/// One fused object, coloured by element, or one for each element and the base; remeshed where that is asked for: all
-/// to so many vertices in sum, each to its share of the surface. Times itself as the stages extract and remesh.
-OutputMeshes extractMeshes(const Packing& packing, const std::vector<ElementKind>& kinds,
-                           const std::vector<PlacedElement>& placed, const BaseLook& baseLook,
-                           const OutputOptions& options, RunContext& context);
+/// All as one object, coloured by element. Times itself as the stage extract.
+MeshObject fusedMesh(const Packing& packing, const std::vector<ElementKind>& kinds,
+                     const std::vector<PlacedElement>& placed, const BaseLook& baseLook, const OutputOptions& options,
+                     RunContext& context);
+/// Writes it in one of the formats.
+void writeFused(const AtomicOutput& out, const std::string& format, const std::vector<MeshObject>& fused,
+                const OutputOptions& options, double metresPerUnit);
+/// Writes an object for each element and the base, in all formats; STL has no objects, so it gets a file for each. They
+/// are extracted, remeshed to their shares of the surface where that is asked for, written and dropped one after the
+/// other: a few are held. Times itself, files included, as the stage extract or, where it remeshes, remesh.
+MeshCounts writeSeparate(const AtomicOutput& out, const Packing& packing, const std::vector<ElementKind>& kinds,
+                         const std::vector<PlacedElement>& placed, const BaseLook& baseLook,
+                         const OutputOptions& options, double metresPerUnit, RunContext& context);
 /// An object for each element that is not swallowed, each a little lighter or darker than its kind: for pictures.
 std::vector<MeshObject> elementObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
                                        const std::vector<PlacedElement>& placed);
 /// Remeshes all objects to `vertices` in sum, each to its share of the area. Where they have no more they stay as they
 /// are, and the context is warned.
 void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context);
-/// decoration.<format> for each format; STL has no objects, so it gets a file for each.
-void writeMeshes(const AtomicOutput& out, const OutputOptions& options, const std::vector<MeshObject>& objects,
-                 double metresPerUnit);
 
 }  // namespace pavel

@@ -95,7 +95,8 @@ TEST(MeshWrite, ThreeMfHoldsUnitsNamesAndColours) {
     a.color = Vec3(1, 0, 0);
     b.name = "second";
     b.mesh = test::box({2, 0, 0}, {3, 1, 1});
-    b.vertexColors.assign(b.mesh.points.size(), Vec3(0, 1, 0));
+    b.looks = {{Vec3(0, 1, 0)}};
+    b.vertexLook.assign(b.mesh.points.size(), 0);
     MeshFileOptions options;
     options.metresPerUnit = 0.0254;
     writeMesh(folder / "t.3mf", {a, b}, options);
@@ -248,16 +249,18 @@ TEST(Preview, FinishesDiffer) {
     EXPECT_EQ(pictures.size(), finishes().size());
     // Finishes by vertex are as good as by object.
     const std::vector<uint8_t> byObject = rendered({Panel{&ball, view}}, 1).rgba;
-    ball[0].vertexFinish.assign(ball[0].mesh.points.size(), ball[0].finish);
+    ball[0].looks = {{ball[0].color, ball[0].finish}};
+    ball[0].vertexLook.assign(ball[0].mesh.points.size(), 0);
     ball[0].finish = Finish::clay;
     EXPECT_EQ(rendered({Panel{&ball, view}}, 1).rgba, byObject);
     // Vertices that are split at creases take theirs along: every edge of a tetrahedron is one.
     ball[0].mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     ball[0].mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-    ball[0].vertexFinish.assign(4, Finish::gold);
+    ball[0].looks = {{ball[0].color, Finish::gold}};
+    ball[0].vertexLook.assign(4, 0);
     view.sharpCreases = true;
     const std::vector<uint8_t> byVertex = rendered({Panel{&ball, view}}, 1).rgba;
-    ball[0].vertexFinish.clear();
+    ball[0].vertexLook.clear();
     ball[0].finish = Finish::gold;
     EXPECT_EQ(rendered({Panel{&ball, view}}, 1).rgba, byVertex);
 }

@@ -15,7 +15,8 @@ Packing ball(double voxelSize) {
     Packing p;
     p.voxelSize = voxelSize;
     p.grids = std::make_shared<PackedGrids>();
-    p.grids->surface = p.grids->base = narrowBand(test::sphere(9), 1, kResultBand)->treePtr();
+    p.grids->surface = narrowBand(test::sphere(9), 1, kResultBand)->treePtr();
+    p.grids->base = narrowBand(test::sphere(9), 1, kResultBand)->treePtr();
     return p;
 }
 
@@ -27,7 +28,9 @@ TEST(VdbFile, IsCleanAtAnyVoxelSize) {
     options.digest = std::string(32, '0');
     for (int i = 1; i <= 40; ++i) {
         const double h = 0.0137 * i * i / 7;
-        const auto faults = writeDecorationVdb(folder / "d.vdb", ball(h), options);
+        Packing p = ball(h);
+        const auto faults = writeDecorationVdb(folder / "d.vdb", p, options);
+        EXPECT_FALSE(p.grids->surface);  // not held twice
         EXPECT_TRUE(faults.empty()) << h << ": " << faults[0];
     }
     for (const VdbGridInfo& g : vdbInfo(folder / "d.vdb"))
@@ -40,7 +43,7 @@ TEST(VdbFile, FaultsAreNamed) {
     const test::TemporaryFolder folder;
     VdbOptions options;
     options.digest = std::string(32, '0');
-    const Packing p = ball(1);
+    Packing p = ball(1);
     p.grids->surface->setValueOn(Coord(9, 0, 0), std::numeric_limits<float>::quiet_NaN());
     const auto faults = writeDecorationVdb(folder / "d.vdb", p, options);
     ASSERT_FALSE(faults.empty());
