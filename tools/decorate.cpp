@@ -73,6 +73,7 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     view.sharpCreases = output.remeshVertices.has_value();
     std::vector<MeshObject> fused;
     if (merged || output.preview) fused.push_back(fusedMesh(packing, kinds, placed, look, output, context));
+    dropSolid(packing);  // here and below: what is done with makes room
     MeshCounts triangles;
     if (merged) {
         triangles.extracted = fused[0].mesh.triangles.size();
@@ -92,10 +93,11 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
         if (output.preview) {
             const StageTimer timer(context, "write");
             picture();
-            fused = {};  // so that it is not held beside the rest
+            fused = {};
         }
         triangles = writeSeparate(out, packing, kinds, placed, look, output, metres, context);
     }
+    if (!output.separate) dropElements(packing);
     report.extractedTriangles = triangles.extracted;
     report.finalTriangles = triangles.final;
     {

@@ -1,6 +1,7 @@
 #include "pavel/vdb/block_level_set.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace pavel {
 namespace {
@@ -84,7 +85,10 @@ CompactLevelSet BlockLevelSet::compact() const {
     for (const BlockMask& mask : near_)
         for (const uint8_t row : mask) active += size_t(__builtin_popcount(row));
     CompactLevelSet out(band_, origins_.size(), active);
-    for (size_t b = 0; b < origins_.size(); ++b) out.add(origins_[b], nodeMask(near_[b]), values_[b]);
+    std::vector<size_t> order(origins_.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return origins_[a] < origins_[b]; });
+    for (const size_t b : order) out.add(origins_[b], nodeMask(near_[b]), values_[b]);
     return out;
 }
 

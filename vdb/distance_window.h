@@ -20,8 +20,7 @@ class DistanceWindow {
     /// values(origin) -> BlockValues. False where no surface passes.
     /// @param outside, inside how far the band reaches on the two sides
     template <class Values>
-    bool load(const Coord& origin, const std::array<int, 3>& blocks, float outside, float inside,
-              const Values& values) {
+    bool load(const Coord& origin, const std::array<int, 3>& blocks, float outside, float inside, Values&& values) {
         band_ = std::max(outside, inside);
         limit_[0] = (outside + 0.25f) * (outside + 0.25f), limit_[1] = (inside + 0.25f) * (inside + 0.25f);
         for (int k = 0; k < 3; ++k) count_[k] = blocks[size_t(k)] + 2;  // one more layer, whose values alone are used

@@ -1,6 +1,7 @@
 #include "pavel/vdb/extract.h"
 
 #include <openvdb/tools/VolumeToMesh.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
@@ -67,24 +68,31 @@ TriangleMesh levelSetMesh(const openvdb::FloatGrid& grid, double scale, double a
     std::vector<openvdb::Vec3I> triangles;
     std::vector<openvdb::Vec4I> quads;
     openvdb::tools::volumeToMesh(grid, points, triangles, quads, 0.0, adaptivity, true);
+    constexpr size_t kChunk = 1 << 16;
+    const auto inChunks = [](size_t n, const auto& f) {
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, n, kChunk), [&](const tbb::blocked_range<size_t>& r) {
+            for (size_t i = r.begin(); i < r.end(); ++i) f(i);
+        });
+    };
     TriangleMesh mesh;
     mesh.points.resize(points.size());
-    for (size_t i = 0; i < points.size(); ++i) mesh.points[i] = scale * Vec3(points[i][0], points[i][1], points[i][2]);
-    mesh.triangles.reserve(triangles.size() + 2 * quads.size());
-    for (const auto& t : triangles) mesh.triangles.push_back({int(t[0]), int(t[1]), int(t[2])});
-    for (const auto& q : quads) {
+    inChunks(points.size(), [&](size_t i) { mesh.points[i] = scale * Vec3(points[i][0], points[i][1], points[i][2]); });
+    points = {};
+    mesh.triangles.resize(triangles.size() + 2 * quads.size());
+    for (size_t i = 0; i < triangles.size(); ++i)
+        mesh.triangles[i] = {int(triangles[i][0]), int(triangles[i][1]), int(triangles[i][2])};
+    inChunks(quads.size(), [&](size_t i) {
+        const auto& q = quads[i];
         const auto gap = [&](int a, int b) { return length(mesh.points[q[a]] - mesh.points[q[b]]); };
-        if (gap(0, 2) <= gap(1, 3)) {
-            mesh.triangles.push_back({int(q[0]), int(q[1]), int(q[2])});
-            mesh.triangles.push_back({int(q[0]), int(q[2]), int(q[3])});
-        } else {
-            mesh.triangles.push_back({int(q[0]), int(q[1]), int(q[3])});
-            mesh.triangles.push_back({int(q[1]), int(q[2]), int(q[3])});
-        }
-    }
+        const bool alongFirst = gap(0, 2) <= gap(1, 3);
+        Triangle* two = &mesh.triangles[triangles.size() + 2 * i];
+        two[0] = {int(q[0]), int(q[1]), int(q[alongFirst ? 2 : 3])};
+        two[1] = {int(q[alongFirst ? 0 : 1]), int(q[2]), int(q[3])};
+    });
     // OpenVDB winds the polygons of level sets inward, and those of other grids outward.
     if (grid.getGridClass() == openvdb::GRID_LEVEL_SET)
-        for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+        inChunks(mesh.triangles.size(), [&](size_t t) { std::swap(mesh.triangles[t][1], mesh.triangles[t][2]); });
+    quads = {};
     separateTwins(mesh);
     return mesh;
 }
@@ -127,6 +135,14 @@ LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivi
         }
     });
     return out;
+}
+
+void dropSolid(Packing& packing) {
+    packing.grids->solid.reset();
+}
+
+void dropElements(Packing& packing) {
+    packing.grids->elements.clear();
 }
 
 }  // namespace pavel

@@ -21,4 +21,9 @@ uint64_t surfaceVoxels(const Packing& packing, int id);
 /// All elements fused into one solid, with the base if it was asked for in the packing; triangles labelled by element.
 LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity = 0);
 
+/// Frees the grid of elements and base as one solid, or those of the elements: to make room when no mesh of them will
+/// be asked for any more.
+void dropSolid(Packing& packing);
+void dropElements(Packing& packing);
+
 }  // namespace pavel

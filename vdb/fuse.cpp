@@ -18,12 +18,10 @@ std::vector<Coord> sortedOnce(std::vector<Coord> origins) {
     return origins;
 }
 
-/// Leaf origins of all packed elements: the union's surface is part of theirs.
-std::vector<Coord> unionOrigins(const std::vector<WorkTree::Ptr>& elements) {
+/// Blocks of all packed elements: the union's surface is part of theirs.
+std::vector<Coord> unionOrigins(const std::vector<const CompactLevelSet*>& elements) {
     std::vector<Coord> origins;
-    for (const WorkTree::Ptr& tree : elements)
-        if (tree)
-            for (auto leaf = tree->cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
+    for (const CompactLevelSet* e : elements) e->forEachBlock([&](const Coord& origin) { origins.push_back(origin); });
     return sortedOnce(std::move(origins));
 }
 
@@ -48,17 +46,18 @@ float blendedMin(float a, float b) {
 }
 
 /// Union of all elements in one block.
-void unionValues(const ElementIndex& index, const std::vector<WorkTree::Ptr>& elements, const Coord& origin,
+void unionValues(const ElementIndex& index, const std::vector<const CompactLevelSet*>& elements, const Coord& origin,
                  bool touching, float* values) {
-    float second[512];
+    float second[512], one[512], tile;
     std::fill(values, values + 512, kBand);
     std::fill(second, second + 512, kBand);
     for (int i : index.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
-        const WorkLeaf* leaf = elements[size_t(i)]->probeConstLeaf(origin);
-        const float tile = leaf ? 0 : elements[size_t(i)]->getValue(origin);
-        if (!leaf && tile > 0) continue;
+        if (!elements[size_t(i)]->read(origin, one, tile)) {
+            if (tile > 0) continue;
+            std::fill(one, one + 512, tile);
+        }
         for (int v = 0; v < 512; ++v) {
-            const float own = leaf ? leaf->buffer().data()[v] : tile;
+            const float own = one[v];
             second[v] = std::min(second[v], std::max(values[v], own));
             values[v] = std::min(values[v], own);
         }
@@ -76,8 +75,8 @@ void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values)
 
 }  // namespace
 
-openvdb::FloatTree::Ptr unionOf(const std::vector<WorkTree::Ptr>& elements, bool touching) {
-    const ElementIndex index(leafBoxes(elements));
+openvdb::FloatTree::Ptr unionOf(const std::vector<const CompactLevelSet*>& elements, bool touching) {
+    const ElementIndex index(boxesOf(elements));
     const std::vector<Coord> origins = unionOrigins(elements);
     auto tree = std::make_shared<openvdb::FloatTree>(kBand);
     constexpr size_t kChunk = 4096;
@@ -95,51 +94,75 @@ openvdb::FloatTree::Ptr unionOf(const std::vector<WorkTree::Ptr>& elements, bool
 
 namespace {
 
-/// Sets f(union, base) wherever the union has values.
-template <class F>
-void combine(const openvdb::FloatTree& all, const openvdb::FloatTree& base, openvdb::FloatTree& out, F f) {
-    const BaseReader above(all), below(base);
-    for (const Coord& origin : combinedOrigins(all, base)) {
-        float u[512], b[512];
-        readBlock(above, origin, u);
-        readBlock(below, origin, b);
-        for (int v = 0; v < 512; ++v) u[v] = f(u[v], b[v]);
-        setLeaf(out, origin, u);
+/// In a block, max(union, clearance - base).
+bool outsideBlock(const openvdb::FloatTree& all, const openvdb::FloatTree& base, float clearance, const Coord& origin,
+                  float* values, float& tile) {
+    float below[512];
+    const bool u = readBlock(all, origin, values), b = (u || values[0] < 0) && readBlock(base, origin, below);
+    if (!u && !b) {
+        tile = values[0] < 0 ? std::max(values[0], clearance - base.getValue(origin)) : kBand;
+        return false;
     }
-    openvdb::tools::signedFloodFillWithValues(out, kBand, -kBand);
+    if (!b) std::fill(below, below + 512, base.getValue(origin));
+    for (int v = 0; v < 512; ++v) values[v] = std::max(values[v], clearance - below[v]);
+    return true;
+}
+
+/// In a block, union and base as one solid. Where there is no union the base stays as it is.
+bool solidBlock(const openvdb::FloatTree& all, const openvdb::FloatTree& base, bool touching, const Coord& origin,
+                float* values, float& tile) {
+    float above[512];
+    const bool b = readBlock(base, origin, values), u = readBlock(all, origin, above);
+    if (!u && above[0] > 0) {
+        tile = values[0];
+        return b;
+    }
+    if (!u && !b) {
+        tile = std::min(values[0], above[0]);
+        return false;
+    }
+    for (int v = 0; v < 512; ++v)
+        values[v] = touching ? blendedMin(above[v], values[v]) : std::min(above[v], values[v]);
+    return true;
 }
 
 }  // namespace
 
 openvdb::FloatTree::Ptr outside(const openvdb::FloatTree& all, const openvdb::FloatTree& base, float clearance) {
     auto out = std::make_shared<openvdb::FloatTree>(kBand);
-    combine(all, base, *out, [clearance](float u, float b) { return std::max(u, clearance - b); });
+    float values[512], tile;
+    for (const Coord& origin : combinedOrigins(all, base))
+        if (outsideBlock(all, base, clearance, origin, values, tile)) setLeaf(*out, origin, values);
+    openvdb::tools::signedFloodFillWithValues(*out, kBand, -kBand);
     return out;
 }
 
 namespace {
 
 /// Ids inside the packed elements; a voxel inside two (by rounding) goes to the one in which it lies deeper.
-openvdb::Int32Tree::Ptr elementIds(const std::vector<WorkTree::Ptr>& elements) {
+openvdb::Int32Tree::Ptr elementIds(const std::vector<CompactLevelSet>& elements) {
     auto ids = std::make_shared<openvdb::Int32Tree>(0);
+    float values[512], others[512], tile;
     for (size_t i = 0; i < elements.size(); ++i) {
-        if (!elements[i]) continue;
         const int id = int(i) + 1;
-        auto tile = elements[i]->cbeginValueAll();
-        tile.setMaxDepth(WorkTree::ValueAllCIter::LEAF_DEPTH - 1);
-        for (; tile; ++tile)
-            if (*tile < 0) ids->fill(tile.getBoundingBox(), id, true);
-        for (auto leaf = elements[i]->cbeginLeaf(); leaf; ++leaf) {
+        elements[i].forEachFilled([&](const Coord& lo, const Coord& hi) { ids->fill(CoordBBox(lo, hi), id, true); });
+        elements[i].forEachBlock([&](const Coord& origin) {
+            elements[i].read(origin, values, tile);
             openvdb::Int32Tree::LeafNodeType* out = nullptr;
+            int other = 0;  // whose values are at hand
             for (openvdb::Index v = 0; v < 512; ++v) {
-                const float d = leaf->getValue(v);
+                const float d = values[v];
                 if (!(d < 0)) continue;
-                if (!out) out = ids->touchLeaf(leaf->origin());
-                const int held = out->getValue(v);
-                if (held > 0 && elements[size_t(held) - 1]->getValue(leaf->offsetToGlobalCoord(v)) <= d) continue;
+                if (!out) out = ids->touchLeaf(origin);
+                if (const int held = out->getValue(v); held > 0) {
+                    if (held != other && !elements[size_t(held) - 1].read(origin, others, tile))
+                        std::fill(others, others + 512, tile);
+                    other = held;
+                    if (others[v] <= d) continue;
+                }
                 out->setValueOn(v, id);
             }
-        }
+        });
     }
     return ids;
 }
@@ -180,23 +203,28 @@ void settleVolume(openvdb::FloatTree& tree, double target, const openvdb::FloatT
 
 }  // namespace
 
-void fuse(const std::vector<WorkTree::Ptr>& elements, double volume, bool withSolid, bool touching,
-          PackedGrids& grids) {
-    const openvdb::FloatTree::Ptr all = unionOf(elements, touching);
+void fuse(double volume, bool withSolid, bool touching, PackedGrids& grids) {
+    std::vector<const CompactLevelSet*> elements;
+    for (const CompactLevelSet& e : grids.elements) elements.push_back(&e);
+    openvdb::FloatTree::Ptr all = unionOf(elements, touching);
+    const openvdb::FloatTree& base = *grids.base;
+    std::vector<Coord> origins = combinedOrigins(*all, base);
     const auto within = [](float ahead) { return std::clamp(ahead + 0.5f, 0.f, 1.f); };  // not a step at the seam
+    grids.surface = redistanced(origins, [&](const Coord& origin, float* values, float& tile) {
+        return outsideBlock(*all, base, 0, origin, values, tile);
+    });
+    if (touching) settleVolume(*grids.surface, volume, *all, base, [&](float u, float b) { return within(u + b); });
     if (withSolid) {
-        openvdb::FloatTree solid(*grids.base);
-        combine(*all, *grids.base, solid,
-                [touching](float u, float b) { return touching ? blendedMin(u, b) : std::min(u, b); });
-        grids.solid = redistanced(solid);
+        for (auto leaf = base.cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
+        grids.solid = redistanced(sortedOnce(std::move(origins)), [&](const Coord& origin, float* values, float& tile) {
+            return solidBlock(*all, base, touching, origin, values, tile);
+        });
         if (touching)
-            settleVolume(*grids.solid, volume + measureInside(*grids.base).volume, *all, *grids.base,
+            settleVolume(*grids.solid, volume + measureInside(base).volume, *all, base,
                          [&](float u, float b) { return within(b - u); });
     }
-    grids.surface = redistanced(*outside(*all, *grids.base, 0));
-    if (touching)
-        settleVolume(*grids.surface, volume, *all, *grids.base, [&](float u, float b) { return within(u + b); });
-    grids.ids = elementIds(elements);
+    all.reset();
+    grids.ids = elementIds(grids.elements);
 }
 
 }  // namespace pavel

@@ -9,10 +9,10 @@ namespace pavel {
 /// touch get a fillet of a fraction of a voxel, whose volume is taken back evenly from the decoration's surface; where
 /// a gap was left nothing touches, and none is made.
 /// @param volume of all elements, in voxels
-void fuse(const std::vector<WorkTree::Ptr>& elements, double volume, bool withSolid, bool touching, PackedGrids& grids);
+void fuse(double volume, bool withSolid, bool touching, PackedGrids& grids);
 
 /// Union of some elements, raw: right where it changes sign. `touching`: with the fillets.
-openvdb::FloatTree::Ptr unionOf(const std::vector<WorkTree::Ptr>& elements, bool touching);
+openvdb::FloatTree::Ptr unionOf(const std::vector<const CompactLevelSet*>& elements, bool touching);
 /// max(all, clearance - base), raw; the base's band must reach two voxels beyond the clearance (voxels).
 openvdb::FloatTree::Ptr outside(const openvdb::FloatTree& all, const openvdb::FloatTree& base, float clearance);
 

@@ -362,11 +362,11 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             for (int j : rivals[i]) release(j);
         });
     }
-    std::vector<WorkTree::Ptr> packed;
-    if (options.gap > 0 || options.surface) packed = takeTrees(grids.elements);
     if (options.gap > 0) {
         const StageTimer timer(context, "growth");
+        std::vector<WorkTree::Ptr> packed = takeTrees(grids.elements);
         const std::vector<double> taken = leaveGap(packed, *grids.base, options.gap / h);
+        grids.elements = putAway(std::move(packed));
         for (size_t i = 0; i < n; ++i) {
             result.elements[i].targetVolume -= taken[i] * h3;
             result.elements[i].finalVolume -= taken[i] * h3;
@@ -378,11 +378,10 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         if (options.surface) {
             double volume = 0;
             for (const ElementResult& e : result.elements) volume += e.finalVolume / h3;
-            fuse(packed, volume, options.solidWithBase, options.gap == 0, grids);
+            fuse(volume, options.solidWithBase, options.gap == 0, grids);
         }
         if (options.gap > 0) grids.base = redistanced(*grids.base);  // a band of another width
     }
-    if (!packed.empty()) grids.elements = putAway(std::move(packed));
     constexpr double kWorthAWord = 1e-3;
     std::vector<int> swallowed, widened, short_;
     const double factor3 = double(factor) * factor * factor;

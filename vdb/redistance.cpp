@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <deque>
 #include <memory>
 
 #include "pavel/vdb/distance_window.h"
@@ -22,7 +23,7 @@ struct Part {
 
 /// Calls use(origin, values, mask of those in the band) for the part's blocks that hold any.
 template <class Values, class Use>
-void solvePart(const Part& part, float band, const Values& values, const Use& use) {
+void solvePart(const Part& part, float band, Values values, const Use& use) {
     static thread_local DistanceWindow window;  // scratch that would else be mapped anew for every element
     const std::array<int, 3> blocks{part.size[0] + 2, part.size[1] + 2, part.size[2] + 2};
     if (!window.load(part.origin.offsetBy(-8), blocks, band, band, values)) return;
@@ -59,16 +60,16 @@ auto valuesOf(const Reader& reader) {
     };
 }
 
-/// Windows on a fixed lattice wherever the tree has leaves.
-template <class Tree>
-typename Tree::Ptr redistancedTree(const Tree& raw) {
+/// Windows on a fixed lattice wherever there are blocks. makeValues() -> values, for one window.
+template <class Tree, class MakeValues>
+typename Tree::Ptr redistancedBlocks(const std::vector<Coord>& blocks, const MakeValues& makeValues) {
     using Leaf = typename Tree::LeafNodeType;
     constexpr int kBlocks = 8, kVoxels = 8 * kBlocks;
     std::vector<Coord> origins;
     const auto down = [](int v) { return v & ~(kVoxels - 1); };
-    for (auto leaf = raw.cbeginLeaf(); leaf; ++leaf) {
-        // The band reaches kResultBand beyond the leaf: into up to eight windows.
-        const Coord lo = leaf->origin().offsetBy(-4), hi = leaf->origin().offsetBy(11);
+    for (const Coord& block : blocks) {
+        // The band reaches kResultBand beyond the block: into up to eight windows.
+        const Coord lo = block.offsetBy(-4), hi = block.offsetBy(11);
         for (int x = down(lo[0]); x <= hi[0]; x += kVoxels)
             for (int y = down(lo[1]); y <= hi[1]; y += kVoxels)
                 for (int z = down(lo[2]); z <= hi[2]; z += kVoxels) origins.emplace_back(x, y, z);
@@ -81,8 +82,7 @@ typename Tree::Ptr redistancedTree(const Tree& raw) {
     origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
     std::vector<std::vector<Leaf*>> made(origins.size());
     tbb::parallel_for(size_t(0), origins.size(), [&](size_t k) {
-        const openvdb::tree::ValueAccessor<const Tree, false> reader(raw);
-        solvePart(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, kResultBand, valuesOf(reader),
+        solvePart(Part{origins[k], {kBlocks, kBlocks, kBlocks}}, kResultBand, makeValues(),
                   [&](const Coord& origin, const float* d, const BlockMask& near) {
                       auto leaf = std::make_unique<Leaf>(origin, 0.f, false);
                       std::copy(d, d + 512, leaf->buffer().data());
@@ -91,6 +91,13 @@ typename Tree::Ptr redistancedTree(const Tree& raw) {
                   });
     });
     return treeOf<Tree>(made, kResultBand);
+}
+
+template <class Tree>
+typename Tree::Ptr redistancedTree(const Tree& raw) {
+    std::vector<Coord> blocks;
+    for (auto leaf = raw.cbeginLeaf(); leaf; ++leaf) blocks.push_back(leaf->origin());
+    return redistancedBlocks<Tree>(blocks, [&] { return valuesOf(raw); });
 }
 
 }  // namespace
@@ -132,6 +139,18 @@ openvdb::FloatTree::Ptr redistanced(const openvdb::FloatTree& raw) {
 
 WorkTree::Ptr redistanced(const WorkTree& raw) {
     return redistancedTree(raw);
+}
+
+openvdb::FloatTree::Ptr redistanced(const std::vector<Coord>& blocks, const RawBlock& raw) {
+    return redistancedBlocks<openvdb::FloatTree>(blocks, [&] {
+        static thread_local std::deque<std::array<float, 512>> made;  // of one window
+        return [&raw, used = size_t(0)](const Coord& origin) mutable {
+            if (used == made.size()) made.emplace_back();
+            BlockValues f;
+            if (raw(origin, made[used].data(), f.tile)) f.own = made[used++].data();
+            return f;
+        };
+    });
 }
 
 BlockLevelSet redistanced(const Region& raw, float band) {

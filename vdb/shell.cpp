@@ -89,6 +89,7 @@ std::pair<Vec3, Vec3> nearestPoints(const TriangleMesh& mesh, const Piece& a, co
 }  // namespace
 
 struct ShellBuilder::Grids {
+    std::shared_ptr<const PackedGrids> packed;
     std::vector<WorkTree::Ptr> elements;
     openvdb::FloatTree::Ptr base;
 };
@@ -100,6 +101,7 @@ ShellBuilder::ShellBuilder(const Packing& packing, const TriangleMesh& base, con
     : options_(options), h_(packing.voxelSize), gap_(gap) {
     openvdb::initialize();
     grids_ = std::make_unique<Grids>();
+    grids_->packed = packing.grids;
     grids_->base = narrowBand(base, h_, float(options.clearance / h_ + kBand))->treePtr();
     const std::vector<WorkTree::Ptr> trees = treesOf(packing.grids->elements);
     for (const PlacedElement& p : placed) {
@@ -200,15 +202,15 @@ ShellBuilder::Bond ShellBuilder::bondOf(size_t i, size_t j) const {
 
 ShellPart ShellBuilder::build(const std::vector<int>& members) const {
     ShellPart part;
-    std::vector<WorkTree::Ptr> trees;
+    std::vector<const CompactLevelSet*> sets;
     for (int i : members) {
         part.ids.push_back(graph_.id[size_t(i)]);
-        trees.push_back(grids_->elements[size_t(i)]);
+        sets.push_back(&grids_->packed->elements[size_t(graph_.id[size_t(i)]) - 1]);
     }
     part.release = releaseOf(graph_, members);
     const bool touching = gap_ == 0;
     const double least = options_.minThickness / h_, radius = std::max(0.5 * least, 1.0);
-    const openvdb::FloatTree::Ptr all = unionOf(trees, touching);
+    const openvdb::FloatTree::Ptr all = unionOf(sets, touching);
     for (size_t k = 0; k < members.size(); ++k)
         for (int j : graph_.neighbours[size_t(members[k])]) {
             if (j < members[k] || !std::binary_search(members.begin(), members.end(), j)) continue;

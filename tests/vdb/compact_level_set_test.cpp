@@ -35,8 +35,47 @@ TEST(CompactLevelSet, GivesTheSameTreeBack) {
     EXPECT_LT(after->getValue(Coord(0, 0, 0)), 0);
 }
 
+/// Every block, within and without, read by itself, and the inside told in boxes.
+TEST(CompactLevelSet, IsReadByBlocks) {
+    const WorkTree::Ptr tree = ball({0.3, -0.2, 0.4}, 37);
+    const CompactLevelSet compact(*tree);
+    CoordBBox leaves;
+    tree->evalLeafBoundingBox(leaves);
+    EXPECT_EQ(compact.box(), leaves);
+    size_t blocks = 0, filled = 0;
+    compact.forEachBlock([&](const Coord& origin) {
+        ++blocks;
+        EXPECT_TRUE(tree->probeConstLeaf(origin)) << origin;
+    });
+    EXPECT_EQ(blocks, tree->leafCount());
+    forEachBlock(CoordBBox(leaves.min().offsetBy(-8), leaves.max().offsetBy(8)), [&](const Coord& origin) {
+        float values[512], tile;
+        const WorkLeaf* leaf = tree->probeConstLeaf(origin);
+        ASSERT_EQ(compact.read(origin, values, tile), leaf != nullptr) << origin;
+        if (!leaf) {
+            EXPECT_EQ(tile, tree->getValue(origin)) << origin;
+            filled += tile < 0 ? 512 : 0;
+            return;
+        }
+        for (int v = 0; v < 512; ++v) ASSERT_EQ(values[v], leaf->buffer().data()[v]) << origin << " " << v;
+    });
+    EXPECT_GT(filled, 0u);
+    compact.forEachFilled([&](const Coord& lo, const Coord& hi) {
+        const CoordBBox box(lo, hi);
+        EXPECT_EQ(tree->getValue(lo), -kResultBand);
+        EXPECT_EQ(tree->getValue(hi), -kResultBand);
+        EXPECT_FALSE(tree->probeConstLeaf(lo));
+        filled -= size_t(box.volume());
+    });
+    EXPECT_EQ(filled, 0u);
+}
+
 TEST(CompactLevelSet, OfNothingIsNothing) {
     EXPECT_TRUE(CompactLevelSet().empty());
+    EXPECT_TRUE(CompactLevelSet().box().empty());
+    float values[512], tile;
+    EXPECT_FALSE(CompactLevelSet().read(Coord(0, 0, 0), values, tile));
+    EXPECT_GE(tile, 0);
     EXPECT_FALSE(CompactLevelSet().tree());
 }
 
