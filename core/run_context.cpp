@@ -1,6 +1,9 @@
 #include "pavel/core/run_context.h"
 
 #include <sys/resource.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #include <chrono>
 #include <ctime>
@@ -52,6 +55,12 @@ size_t peakResidentBytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return size_t(usage.ru_maxrss) * 1024;
+}
+
+void returnFreedMemory() {
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
 }
 
 const char* version() {

@@ -72,8 +72,11 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     View view = sceneView(scene);
     view.sharpCreases = output.remeshVertices.has_value();
     std::vector<MeshObject> fused;
+    // Here and below: what is done with makes room.
+    if (!output.separate && !output.figure) dropElements(packing);
+    returnFreedMemory();
     if (merged || output.preview) fused.push_back(fusedMesh(packing, kinds, placed, look, output, context));
-    dropSolid(packing);  // here and below: what is done with makes room
+    dropSolid(packing);
     MeshCounts triangles;
     if (merged) {
         triangles.extracted = fused[0].mesh.triangles.size();
@@ -97,7 +100,7 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
         }
         triangles = writeSeparate(out, packing, kinds, placed, look, output, metres, context);
     }
-    if (!output.separate) dropElements(packing);
+    returnFreedMemory();
     report.extractedTriangles = triangles.extracted;
     report.finalTriangles = triangles.final;
     {

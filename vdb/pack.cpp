@@ -374,6 +374,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
     }
     if (options.surface || options.solidWithBase) {
         const StageTimer timer(context, "extract");
+        returnFreedMemory();
         if (options.gap == 0) grids.base = narrowBand(baseMesh, h, kResultBand)->treePtr();
         if (options.surface) {
             double volume = 0;
