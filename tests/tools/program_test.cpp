@@ -108,7 +108,7 @@ TEST(Program, SeedsAloneAndTheirFiles) {
 
 TEST(Program, AMemoryLimitChangesNothingButMemory) {
     const test::TemporaryFolder folder;
-    writeText(folder / "scene.json", R"({ "resolution": 36, "base": { "shape": "sphere", "radius": 40 },
+    writeText(folder / "scene.json", R"({ "resolution": 44, "base": { "shape": "sphere", "radius": 40 },
       "elements": [ { "shape": "bean", "length": 15, "thickness": 6 } ], "seeding": { "count": 250, "iterations": 20 },
       "output": { "mesh": [], "preview": false } })");
     for (const char* limit : {"", " --memory-limit 256M"}) {
