@@ -86,6 +86,7 @@ class WaitingPart {
             left -= n;
         }
         if (left > 0) throw RunError(path_ + ": cannot be read back");
+        std::remove(path_.c_str());
     }
 
   private:

@@ -1,6 +1,8 @@
 #include <boost/iostreams/filter/gzip.hpp>
 #include <boost/iostreams/filtering_stream.hpp>
+#include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "pavel/core/error.h"
@@ -131,6 +133,59 @@ TEST(MeshWrite, GlbIsInMetresWithYUp) {
     // z up 30 mm becomes y up 0.03 m
     EXPECT_NE(bytes.find("0.02999999"), std::string::npos);
     EXPECT_THROW(writeMesh(folder / "t.xyz", {o}), InputError);
+}
+
+/// Object by object into one file: every number where the tables say, materials by finish, no waiting parts left.
+TEST(MeshWrite, GlbTablesHold) {
+    const test::TemporaryFolder folder;
+    MeshObject a, b;
+    a.name = "first";
+    a.mesh = test::box({0, 0, 0}, {1, 1, 1});
+    b.name = "second";
+    b.mesh = test::sphere(5);
+    b.looks = {{Vec3(1, 0, 0), Finish::clay}, {Vec3(0, 1, 0), Finish::gold}};
+    for (const Vec3& p : b.mesh.points) b.vertexLook.push_back(p[2] > 0);
+    const std::unique_ptr<MeshWriter> writer = openMesh(folder / "t.glb");
+    writer->add(a);
+    writer->add(b);
+    writer->finish();
+    const std::string bytes = textOf(folder / "t.glb");
+    const auto word = [&](size_t at) {
+        uint32_t w;
+        std::memcpy(&w, bytes.data() + at, 4);
+        return w;
+    };
+    const size_t text = word(12), binaryAt = 20 + text + 8, binary = word(20 + text);
+    ASSERT_EQ(bytes.size(), binaryAt + binary);
+    EXPECT_EQ(word(20 + text + 4), 0x004e4942u);  // "BIN"
+    const auto j = nlohmann::json::parse(bytes.substr(20, text));
+    EXPECT_EQ(j["buffers"][0]["byteLength"], binary);
+    size_t end = 0;
+    for (const auto& view : j["bufferViews"]) {
+        EXPECT_EQ(view["byteOffset"], end);
+        EXPECT_EQ(end % 4, 0u);
+        end += view["byteLength"].get<size_t>();
+    }
+    EXPECT_EQ(end, binary);
+    ASSERT_EQ(j["meshes"].size(), 2u);
+    ASSERT_EQ(j["nodes"].size(), 2u);
+    EXPECT_EQ(j["scenes"][0]["nodes"], nlohmann::json({0, 1}));
+    ASSERT_EQ(j["meshes"][1]["primitives"].size(), 2u);
+    EXPECT_EQ(j["materials"].size(), 3u);
+    size_t triangles = 0;
+    for (const auto& primitive : j["meshes"][1]["primitives"]) {
+        const auto& accessor = j["accessors"][primitive["indices"].get<size_t>()];
+        const size_t at = binaryAt + j["bufferViews"][accessor["bufferView"].get<size_t>()]["byteOffset"].get<size_t>();
+        const bool gold =
+            j["materials"][primitive["material"].get<size_t>()]["pbrMetallicRoughness"]["metallicFactor"] > 0.5;
+        for (size_t i = 0; i < accessor["count"]; i += 3) {
+            ASSERT_LT(word(at + 4 * i), b.mesh.points.size());
+            EXPECT_EQ(b.mesh.points[word(at + 4 * i)][2] > 0, gold);
+        }
+        triangles += accessor["count"].get<size_t>() / 3;
+    }
+    EXPECT_EQ(triangles, b.mesh.triangles.size());
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / ""), {}), 1);
 }
 
 TEST(MeshRead, PolygonsOffAndGzip) {

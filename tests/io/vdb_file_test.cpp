@@ -39,6 +39,45 @@ TEST(VdbFile, IsCleanAtAnyVoxelSize) {
         }
 }
 
+/// Made and dropped one by one as the archive asks for them: none is taken for another, whatever the way of reading.
+TEST(VdbFile, HoldsEveryElement) {
+    const test::TemporaryFolder folder;
+    VdbOptions options;
+    options.digest = std::string(32, '0');
+    Packing p = ball(0.5);
+    const std::vector<double> radii{5, 9, 0, 7};  // the third was swallowed
+    for (const double radius : radii) {
+        p.elements.emplace_back().finalVolume = radius;
+        WorkTree::Ptr tree;
+        if (radius > 0) {
+            tree = std::make_shared<WorkTree>(kResultBand);
+            const auto whole = narrowBand(test::sphere(radius), 1, kResultBand)->treePtr();
+            for (auto leaf = whole->cbeginLeaf(); leaf; ++leaf) tree->addLeaf(new WorkLeaf(*leaf));
+        }
+        p.grids->elements.push_back(tree ? CompactLevelSet(*tree) : CompactLevelSet());
+    }
+    EXPECT_TRUE(writeElementsVdb(folder / "e.vdb", p, {"a", "b", "c", "d"}, options).empty());
+    for (const bool delayed : {false, true}) {
+        openvdb::io::File file(folder / "e.vdb");
+        file.open(delayed);
+        const auto grids = file.getGrids();
+        ASSERT_EQ(grids->size(), 3u);
+        for (const auto& g : *grids) {
+            const int id = g->metaValue<int>("id");
+            const double radius = radii[size_t(id) - 1];
+            EXPECT_EQ(g->getName(), "element_0000" + std::to_string(id));
+            EXPECT_EQ(g->metaValue<std::string>("kind"), std::string(1, char('a' + id - 1)));
+            EXPECT_EQ(g->metaValue<double>("volume"), radius);
+            EXPECT_EQ(g->metaValue<openvdb::Int64>("file_voxel_count"), int64_t(g->activeVoxelCount()));
+            const auto grid = openvdb::gridPtrCast<openvdb::FloatGrid>(g);
+            ASSERT_TRUE(grid);
+            EXPECT_EQ(grid->activeVoxelCount(), p.grids->elements[size_t(id) - 1].activeVoxels());
+            EXPECT_NEAR(grid->tree().getValue(Coord(int(radius), 0, 0)), 0, 0.5 * 0.05);
+            EXPECT_LT(grid->tree().getValue(Coord(0, 0, 0)), 0);
+        }
+    }
+}
+
 TEST(VdbFile, FaultsAreNamed) {
     const test::TemporaryFolder folder;
     VdbOptions options;
