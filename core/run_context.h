@@ -44,8 +44,8 @@ class StageTimer {
 
 /// Largest resident size of this process so far, in bytes.
 size_t peakResidentBytes();
-/// Gives memory that was freed back to the system: glibc keeps it for the thread that asked for it, and the next stage's
-/// threads would not get it. For the ends of stages; milliseconds.
+/// Gives memory that was freed back to the system: glibc keeps it for the thread that asked for it, and the next
+/// stage's threads would not get it. For the ends of stages; milliseconds.
 void returnFreedMemory();
 const char* version();
 
