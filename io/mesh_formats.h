@@ -69,14 +69,13 @@ class Output {
 };
 
 /// A part of a file that waits beside it until its place is known.
-class WaitingPart {
-  public:
-    WaitingPart(const std::string& path, const char* name) : path_(path + "." + name), out(path_) {}
-    ~WaitingPart() { std::remove(path_.c_str()); }
+struct WaitingPart {
+    WaitingPart(const std::string& file, const char* name) : path(file + "." + name), out(path) {}
+    ~WaitingPart() { std::remove(path.c_str()); }
     /// Moves it to the end of a file.
     void appendTo(Output& file) {
         out.close();
-        const std::unique_ptr<FILE, int (*)(FILE*)> in(std::fopen(path_.c_str(), "rb"), &std::fclose);
+        const std::unique_ptr<FILE, int (*)(FILE*)> in(std::fopen(path.c_str(), "rb"), &std::fclose);
         std::vector<char> piece(size_t(1) << 20);
         uint64_t left = out.size();
         while (in && left > 0) {
@@ -85,14 +84,11 @@ class WaitingPart {
             file.bytes(piece.data(), n);
             left -= n;
         }
-        if (left > 0) throw RunError(path_ + ": cannot be read back");
-        std::remove(path_.c_str());
+        if (left > 0) throw RunError(path + ": cannot be read back");
+        std::remove(path.c_str());
     }
 
-  private:
-    std::string path_;
-
-  public:
+    std::string path;
     Output out;
 };
 
