@@ -13,10 +13,11 @@ namespace {
 constexpr int kSuper = 2;  // samples per pixel along each axis
 
 double occlusion(const Raster& r, int x, int y, double pixelsPerUnit, double reach) {
-    // Horizon test: how steeply the depths rise towards the viewer around the pixel.
+    // Horizon test: how steeply the depths rise towards the viewer around the pixel; the farther, the less it counts,
+    // or its end would be seen as a line.
     const float z0 = r.depth[r.at(x, y)];
     const double radius = std::clamp(reach * pixelsPerUnit, 4.0, 80.0);
-    constexpr int kDirections = 8, kSteps = 5;
+    constexpr int kDirections = 8, kSteps = 6;
     static const auto directions = [] {  // sixteen; every other pixel takes the other half
         std::array<std::pair<double, double>, 2 * kDirections> all;
         for (size_t d = 0; d < all.size(); ++d)
@@ -28,12 +29,12 @@ double occlusion(const Raster& r, int x, int y, double pixelsPerUnit, double rea
         const auto& [dx, dy] = directions[size_t(2 * d + ((x ^ y) & 1))];
         double horizon = 0;
         for (int s = 1; s <= kSteps; ++s) {
-            const double l = radius * s / kSteps;
+            const double share = (s - 0.5) / kSteps, l = radius * share;
             const int px = int(std::floor(x + l * dx + 0.5)), py = int(std::floor(y + l * dy + 0.5));
             if (px < 0 || py < 0 || px >= r.width || py >= r.height) continue;
             const double rise = z0 - r.depth[r.at(px, py)], run = l / pixelsPerUnit;
             if (rise > 4 * reach) continue;  // another object far in front
-            horizon = std::max(horizon, rise / std::sqrt(rise * rise + run * run));
+            horizon = std::max(horizon, (1 - share * share) * rise / std::sqrt(rise * rise + run * run));
         }
         open += 1 - horizon;
     }
@@ -125,17 +126,22 @@ class ShadowMap {
         double lit = 0;    ///< share of the lamp
         double depth = 0;  ///< mean way from where its light enters
     };
-    /// Percentage-closer filtering over a few texels, moved off the surface by as many.
+    /// Percentage-closer filtering over a few texels, moved off the surface by as many. Each is held against the plane
+    /// through the point: where light grazes, the surface itself would shade it in stripes.
     Light at(const Vec3& p, const Vec3& normal) const {
         constexpr int kReach = 2, kStep = 2;
+        constexpr double kSteepest = 4;
         const Vec3 l = camera_.project(p + (3.0 / camera_.scale) * normal);
+        const double toLamp = std::max(dot(normal, camera_.back), 1 / kSteepest),
+                     alongX = dot(normal, camera_.right) / toLamp * kStep / camera_.scale,
+                     alongY = -dot(normal, camera_.up) / toLamp * kStep / camera_.scale;
         Light light;
         for (int i = -kReach; i <= kReach; ++i)
             for (int j = -kReach; j <= kReach; ++j) {
                 const int x = std::clamp(int(l[0]) + i * kStep, 0, kSize - 1),
                           y = std::clamp(int(l[1]) + j * kStep, 0, kSize - 1);
                 const double gap = l[2] - double(raster_.depth[raster_.at(x, y)]);
-                light.lit += gap <= 2.0 / camera_.scale;
+                light.lit += gap + alongX * i + alongY * j <= 2.0 / camera_.scale;
                 light.depth += std::max(0.0, gap);
             }
         constexpr double kTaps = (2 * kReach + 1) * (2 * kReach + 1);
