@@ -10,6 +10,9 @@ constexpr float kCrease = 1.8f;
 /// Farther from a voxel than this, no foot point is looked for.
 constexpr float kFarthest = 1.75f;
 
+/// A field with less of a slope tells no direction. Where two fronts run side by side, that between them is flat.
+constexpr float kFlattest = 0.03f;
+
 constexpr int placeOf(int x, int y, int z) {
     return x * Patch::kSlab + y * Patch::kRow + z;
 }
@@ -54,7 +57,7 @@ bool dropOnto(const float* field, int i, const Vec3f& p, Vec3f& point, Vec3f& no
     normal = {0.5f * (f[Patch::kSlab] - f[-Patch::kSlab]), 0.5f * (f[Patch::kRow] - f[-Patch::kRow]),
               0.5f * (f[1] - f[-1])};
     const float l = normal.norm();
-    if (l < 0.1f) return false;
+    if (l < kFlattest) return false;
     normal /= l;
     const Vec3f toward = f0 < 0 ? normal : -normal;
     // First the step that the slope asks for, then the secant between the two.
@@ -107,18 +110,24 @@ Foot Patch::findFoot(int x, int y, int z) const {
         if (!landed) stepAcross(i, p, foot);
         return foot;
     }
-    if (landed && trilinear(second, foot.point) <= 0) return foot;
-    // The foot on one surface is cut away by the other.
+    // No slope is steeper than that: the other surface, whose field may be much flatter, may still be nearer.
+    constexpr float kSteepest = 1.3f;
+    const float value = ownFirst ? clip : own, away2 = landed ? (foot.point - p).sqrnorm() : 0;
+    const bool stands = landed && trilinear(second, foot.point) <= 0;
+    if (stands && value * value > kSteepest * kSteepest * away2) return foot;
     Vec3f point, normal;
-    if (landed && dropOnto(second, i, p, point, normal)) {
-        const float dn = dotf(p - foot.point, foot.along), dm = dotf(p - point, normal);
-        if (std::max(own, clip) < 0 && trilinear(first, point) <= 0) {
-            foot.point = point, foot.along = normal;
-            return foot;
-        }
-        if (crease(p, dn, foot.along, dm, normal, foot)) return foot;
+    if (!dropOnto(second, i, p, point, normal)) {
+        if (!stands) stepAcross(i, p, foot);
+        return foot;
     }
-    stepAcross(i, p, foot);
+    if (trilinear(first, point) <= 0) {
+        if (!stands || (point - p).sqrnorm() < away2) foot.point = point, foot.along = normal;
+        return foot;
+    }
+    // Each foot is cut away by the other field.
+    if (!stands &&
+        (!landed || !crease(p, dotf(p - foot.point, foot.along), foot.along, dotf(p - point, normal), normal, foot)))
+        stepAcross(i, p, foot);
     return foot;
 }
 
