@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "pavel/vdb/recovery_function.h"
+#include "pavel/vdb/voxelize.h"
 
 namespace pavel {
 namespace {
@@ -122,16 +123,18 @@ double Front::speedOf(GrowthBlock* block, int v) {
 /// angle is read farther out on the same ray from the rim. Never, away from the rim.
 double Front::wedgeArrival(const Vec3& p, double phi, double d, const ContactDistance::Foot& foot,
                            double trusted) const {
-    if (d > wedgeReach() || d <= 0 || phi <= 0 || phi > 3) return kNever;
+    if (d > wedgeReach() || d <= 0 || phi > 3) return kNever;
     const double side = foot.away / d;
     if (d < trusted) {
         const Vec3 ray = p - foot.rim;
         const double l = length(ray);
         if (l < 1e-3) return kNever;
-        phi = sampleAt(*element.placed, foot.rim + (trusted / l) * ray);
+        const Vec3 farther = foot.rim + (trusted / l) * ray;
+        phi = element.fine ? placedDistance(*element.fine, element.indexFromElement, farther)
+                           : sampleAt(*element.placed, farther);
         d = trusted;
     }
-    const double speed = speedAt(d), rise = std::asin(std::clamp(phi / d, 0.0, 1.0)),
+    const double speed = speedAt(d), rise = std::asin(std::clamp(phi / d, -1.0, 1.0)),
                  angle = rise + behind(side) * (kPi - 2 * rise);
     return speed > 0 ? angle * d / speed : kNever;
 }
@@ -196,7 +199,7 @@ Front::Upwind Front::upwind(GrowthBlock* block, int v) {
             const uint8_t s = cell->state[i];
             const float time = cell->time[i];
             if (s == kReal) held = std::min(held, time);
-            if (s == kReal || s == kGhost) any = std::min(any, time);
+            if (s == kReal || s == kGhost || s == kDeepGhost) any = std::min(any, time);
         }
         times.held[axis] = held, times.any[axis] = any;
     }
@@ -350,6 +353,51 @@ void Front::marchBeyond(double horizon, int layers, const std::vector<float>& st
     for (const Arrival& next : waiting) heap_.push(next);
     limits_ = nullptr;
     speedKnown_ = false;
+}
+
+void Front::settleGhosts(const std::vector<float>& stopTimes) {
+    const auto arrivalAt = [&](GrowthBlock* block, int v) {
+        const double speed = speedOf(block, v), t = speed > 0 ? arrival(upwind(block, v).any, speed) : kNever;
+        if (t >= kNever) return kNever;
+        const float held =
+            block->state(v) == kReal ? stopTime : claimTime(block->claims->claims[v].load(std::memory_order_relaxed));
+        return std::max({float(t), 1e-6f, std::nextafter(held, kNever)});
+    };
+    std::vector<Arrival> ghosts;
+    for (GrowthBlock& block : blocks) {
+        const uint32_t first = uint32_t(block.number) * 512;
+        block.forEachVoxel([&](int v, const GrowthCell& cell, int i) {
+            const uint8_t s = cell.state[i];
+            if (s == kGhost || s == kDeepGhost || (s == kReal && cell.time[i] > stopTime))
+                ghosts.push_back({cell.time[i], first + uint32_t(v)});
+        });
+    }
+    const auto timeOf = [&](uint32_t voxel) -> float& {
+        const int v = int(voxel % 512);
+        return blocks[voxel / 512].cells[GrowthBlock::cellOf(v)]->time[GrowthBlock::inCell(v)];
+    };
+    const size_t known = ghosts.size();
+    for (size_t k = 0; k < known; ++k) {
+        GrowthBlock* block = &blocks[ghosts[k].voxel() / 512];
+        const int v = int(ghosts[k].voxel() % 512);
+        if (block->state(v) != kGhost) continue;
+        for (int side = 0; side < 6; ++side) {
+            int n;
+            GrowthBlock* other = step(block, v, side, n);
+            if (!other || other->state(n) != kFar || !heldByOther(other, n, kNever, stopTimes)) continue;
+            touch(*other, n).state[GrowthBlock::inCell(n)] = kDeepGhost;
+            ghosts.push_back({arrivalAt(other, n), uint32_t(other->number) * 512 + uint32_t(n)});
+        }
+    }
+    for (size_t k = known; k < ghosts.size(); ++k) timeOf(ghosts[k].voxel()) = ghosts[k].time();
+    // In the order of their times one pass settles all but what an update brings forward.
+    std::sort(ghosts.begin(), ghosts.end(), [](const Arrival& x, const Arrival& y) { return y < x; });
+    for (const Arrival& g : ghosts) {
+        const float t = arrivalAt(&blocks[g.voxel() / 512], int(g.voxel() % 512));
+        if (t >= g.time()) continue;
+        timeOf(g.voxel()) = t;
+        changed_ = true;
+    }
 }
 
 void Front::commit() {

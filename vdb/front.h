@@ -99,6 +99,9 @@ class Front {
     /// Goes on past the end of a front that has stopped, so that times are known on both sides of it: accepts what
     /// arrives before `horizon`, and `layers` of voxels around that and around the body, whenever they arrive.
     void marchBeyond(double horizon, int layers, const std::vector<float>& stopTimes);
+    /// Finds the times of ghosts anew, from all that is known beside them: while a front marched, it did not know yet
+    /// which ground others held, and some ways through it were left out. To be called when marching has ended.
+    void settleGhosts(const std::vector<float>& stopTimes);
     /// Enters the claims of the last march into the shared clock.
     void commit();
     /// Counts the claims that won; the others become ghosts. Sets stopTime when the volume is back.
@@ -138,7 +141,7 @@ class Front {
         return least < 1 ? least : 1;
     }
     /// How far from the rim that holds.
-    double wedgeReach() const { return std::min(4.0, 0.4 * a * element.size); }
+    double wedgeReach() const { return std::min(4.0, 0.8 * a * element.size); }
     /// Turns times into distances: the speed at the voxel (not taken nearer to the contact than two voxels), or beyond
     /// the rim the mean speed on the way from the placed surface, where that is larger: distances then go over into the
     /// placed ones where the speed ends. 0 where the front does not go.

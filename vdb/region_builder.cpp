@@ -86,14 +86,14 @@ PAVEL_WIDE void takenBy(const OwnField& a, const OwnField& b, const float* bisec
         const float placed = -phiB < side ? -phiB : side;
         const float sum = scaleA + scaleB, product = scaleA * scaleB;
         const float earlier = (wayA * scaleB - wayB * scaleA + later * product) / (sum > 0 ? sum : 1);
-        const float ahead = -(phiB < wayB ? phiB : wayB), sooner = ahead < earlier ? ahead : earlier;
+        const float ahead = -(phiB < wayB ? phiB : wayB);
         // Near the rims interpolated times are rough: no front may take what only the other was placed on.
         const float least = inA       ? -1e9f
                             : byDepth ? side
                                       : phiA,
                     most = inA ? (byDepth ? side : -phiB) : 1e9f, lower = phiB < 0 ? least : -1e9f,
-                    came = inA ? earlier : sooner, above = came > lower ? came : lower,
-                    raced = above < most ? above : most, alone = inA ? -kBand : ahead;
+                    above = earlier > lower ? earlier : lower, raced = above < most ? above : most,
+                    alone = inA ? -kBand : ahead;
         const float front = scaleA > 0 ? raced : alone, outside = scaleB > 0 ? front : -phiB;
         taken[v] = inBoth ? placed : outside;
     }
