@@ -4,12 +4,15 @@
 #include <array>
 
 #include "pavel/vdb/bisector.h"
+#include "pavel/vdb/voxelize.h"
 
 namespace pavel {
 namespace {
 
 /// Half the length of a piece of rim; middles are about twice this apart, or less.
 constexpr float kHalfPiece = 0.75f, kSpacing = 1.2f;
+/// The same where the way on is known to bend with the rim: no gaps between them.
+constexpr float kHalfArc = 1.2f;
 constexpr double kExponent = 4;
 
 /// A field at a point.
@@ -92,6 +95,37 @@ Vec3f directionAt(const std::vector<RimPoint>& points, const Vec3f& middle) {
     }
     t = normalized(t);
     return {float(t[0]), float(t[1]), float(t[2])};
+}
+
+const RimBend kStraight{{0, 0, 0}, kHalfPiece};
+
+/// Fits an arc through the middle to the points within two voxels, and turns the direction along it; straight, and the
+/// direction as it was, where they do not lie on one, as at a corner.
+RimBend bendAt(const std::vector<RimPoint>& points, const Vec3f& middle, Vec3f& along) {
+    constexpr float kOff = 0.1f;                // voxels, at most
+    std::vector<std::pair<float, Vec3f>> near;  // way along, and off the line
+    double s2 = 0, s3 = 0, s4 = 0;
+    Vec3 off1(0, 0, 0), off2(0, 0, 0);
+    for (const RimPoint& p : points) {
+        const Vec3f d = p.place - middle;
+        if (d.sqrnorm() > 4) continue;
+        const float s = d | along;
+        const Vec3f off = d - along * s;
+        near.emplace_back(s, off);
+        const double ss = double(s) * s;
+        s2 += ss, s3 += ss * s, s4 += ss * ss;
+        for (int k = 0; k < 3; ++k) off1[k] += double(s) * off[k], off2[k] += ss * off[k];
+    }
+    const double det = s2 * s4 - s3 * s3;
+    if (det < 0.1 * s2 * s4) return kStraight;
+    const Vec3 slope = (off1 * s4 - off2 * s3) / det, half = (off2 * s2 - off1 * s3) / det;
+    const Vec3f tilt{float(slope[0]), float(slope[1]), float(slope[2])},
+        curve{float(half[0]), float(half[1]), float(half[2])};
+    for (const auto& [s, off] : near)
+        if ((off - tilt * s - curve * (s * s)).sqrnorm() > kOff * kOff) return kStraight;
+    along += tilt;
+    along.normalize();
+    return {curve * 2, kHalfArc};
 }
 
 }  // namespace
@@ -177,14 +211,20 @@ Vec3f awayFrom(const Vec3& taken, const Vec3& surface) {
 
 }  // namespace
 
-void ContactDistance::addRim(const std::vector<RimPoint>& points) {
+void ContactDistance::addRim(const std::vector<RimPoint>& points, const std::function<Vec3f(const Vec3f&)>& settle) {
     std::vector<std::pair<Vec3f, Vec3f>> pieces;
     std::vector<Vec3f> away;
-    for (const RimPoint& p : points)
-        if (std::none_of(pieces.begin(), pieces.end(),
-                         [&](const auto& m) { return (m.first - p.place).sqrnorm() < kSpacing * kSpacing; }))
-            pieces.emplace_back(p.place, directionAt(points, p.place)), away.push_back(awayAt(points, p));
-    rims_.push_back({inLanes(pieces), std::move(away)});
+    std::vector<RimBend> bend;
+    for (const RimPoint& p : points) {
+        if (std::any_of(pieces.begin(), pieces.end(),
+                        [&](const auto& m) { return (m.first - p.place).sqrnorm() < kSpacing * kSpacing; }))
+            continue;
+        pieces.emplace_back(p.place, directionAt(points, p.place));
+        away.push_back(awayAt(points, p));
+        bend.push_back(settle ? bendAt(points, p.place, pieces.back().second) : kStraight);
+        if (settle) pieces.back().first = settle(p.place);
+    }
+    rims_.push_back({inLanes(pieces), std::move(away), std::move(bend)});
 }
 
 std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
@@ -216,13 +256,16 @@ PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, doubl
                 if (d2[k] < reach * reach)
                     near.pieces_.push_back({{l.x[k], l.y[k], l.z[k]},
                                             {l.tx[k], l.ty[k], l.tz[k]},
-                                            rim.away[i * RimLanes::kCount + size_t(k)]});
+                                            rim.away[i * RimLanes::kCount + size_t(k)],
+                                            rim.bend[i * RimLanes::kCount + size_t(k)]});
         }
     for (const Near::Piece& piece : near.pieces_)
         for (int k = 0; k < 3; ++k) {
-            const float half = kHalfPiece * std::abs(piece.along[size_t(k)]), middle = piece.middle[size_t(k)];
-            near.lower_[size_t(k)] = std::min(near.lower_[size_t(k)], middle - half);
-            near.upper_[size_t(k)] = std::max(near.upper_[size_t(k)], middle + half);
+            const RimBend& bend = piece.bend;
+            const float half = bend.half * std::abs(piece.along[size_t(k)]), middle = piece.middle[size_t(k)],
+                        aside = 0.5f * bend.half * bend.half * bend.curvature[size_t(k)];
+            near.lower_[size_t(k)] = std::min(near.lower_[size_t(k)], middle - half + std::min(aside, 0.f));
+            near.upper_[size_t(k)] = std::max(near.upper_[size_t(k)], middle + half + std::max(aside, 0.f));
         }
     return near;
 }
@@ -241,13 +284,16 @@ PAVEL_WIDE void ContactDistance::Near::nearest(Queries& q) const {
     std::fill(q.piece, q.piece + q.count, -1);
     for (int k = 0; k < int(pieces_.size()); ++k) {
         const Vec3f m = pieces_[size_t(k)].middle, t = pieces_[size_t(k)].along, a = pieces_[size_t(k)].away;
-        const float mx = m[0], my = m[1], mz = m[2], tx = t[0], ty = t[1], tz = t[2], ax = a[0], ay = a[1], az = a[2];
+        const Vec3f bend = pieces_[size_t(k)].bend.curvature * 0.5f;
+        const float mx = m[0], my = m[1], mz = m[2], tx = t[0], ty = t[1], tz = t[2], ax = a[0], ay = a[1], az = a[2],
+                    bx = bend[0], by = bend[1], bz = bend[2], half = pieces_[size_t(k)].bend.half;
         for (int i = 0; i < q.count; ++i) {
             const float vx = q.x[i] - mx, vy = q.y[i] - my, vz = q.z[i] - mz;
             float s = vx * tx + vy * ty + vz * tz;
-            s = s > kHalfPiece ? kHalfPiece : s;
-            s = s < -kHalfPiece ? -kHalfPiece : s;
-            const float wx = vx - s * tx, wy = vy - s * ty, wz = vz - s * tz, d2 = wx * wx + wy * wy + wz * wz;
+            s = s > half ? half : s;
+            s = s < -half ? -half : s;
+            const float ss = s * s, wx = vx - s * tx - ss * bx, wy = vy - s * ty - ss * by, wz = vz - s * tz - ss * bz,
+                        d2 = wx * wx + wy * wy + wz * wz;
             q.piece[i] = d2 < q.distance2[i] ? k : q.piece[i];
             q.away[i] = d2 < q.distance2[i] ? wx * ax + wy * ay + wz * az : q.away[i];
             q.distance2[i] = d2 < q.distance2[i] ? d2 : q.distance2[i];
@@ -256,9 +302,9 @@ PAVEL_WIDE void ContactDistance::Near::nearest(Queries& q) const {
 }
 
 Vec3f ContactDistance::Near::nearestOn(int piece, const Vec3f& p) const {
-    const Vec3f v = p - pieces_[size_t(piece)].middle, t = pieces_[size_t(piece)].along;
-    return pieces_[size_t(piece)].middle +
-           t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
+    const auto& [middle, along, away, bend] = pieces_[size_t(piece)];
+    const float s = std::clamp((p - middle) | along, -bend.half, bend.half);
+    return middle + along * s + bend.curvature * (0.5f * s * s);
 }
 
 PAVEL_WIDE ContactDistance::Foot ContactDistance::nearest(const Vec3& p) const {
@@ -341,6 +387,26 @@ std::vector<SurfaceBlock> surfaceBlocks(const WorkTree& tree) {
     std::sort(blocks.begin(), blocks.end(),
               [](const SurfaceBlock& a, const SurfaceBlock& b) { return a.origin < b.origin; });
     return blocks;
+}
+
+/// A point on the rim of two elements, moved onto that of the result's grid. On the one at hand, lines between voxels
+/// cut the bends of surfaces by some hundredths of a voxel, which the result shows as bumps along its seams. `taken`,
+/// `own`: values and gradients at hand.
+template <class Taken, class Own>
+Vec3f settled(const WorkElement& e, const WorkElement& other, const Taken& taken, const Own& own, const Vec3f& start) {
+    constexpr double kMost = 0.3;  // farther off, what is there is not what the other grid shows
+    const Vec3 from(start[0], start[1], start[2]);
+    Vec3 p = from;
+    for (int it = 0; it < 3; ++it) {
+        const Vec3 a = taken(p).gradient, b = own(p).gradient;
+        const double va = taken.taken(placedDistance(*other.fine, other.indexFromElement, p), p),
+                     vb = placedDistance(*e.fine, e.indexFromElement, p);
+        const double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), det = aa * bb - ab * ab;
+        if (det < 0.02) return start;
+        p += (-va * bb + vb * ab) / det * a + (-vb * aa + va * ab) / det * b;
+        if (length(p - from) > kMost) return start;
+    }
+    return toFloat(p);
 }
 
 }  // namespace
@@ -438,7 +504,11 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         const std::vector<RimPoint> points = rimWith(c, nearCutter, shared, c.index);
         if (points.empty()) continue;
         e.contacts.push_back(c.index);
-        e.contact->addRim(points);
+        const WorkElement& other = all[size_t(c.index)];
+        if (e.fine && other.fine)
+            e.contact->addRim(points, [&](const Vec3f& p) { return settled(e, other, c, onSurface, p); });
+        else
+            e.contact->addRim(points);
     }
     if (e.contact->empty() && base && e.lost() > 0) {
         const std::vector<RimPoint> points = rimWith(inBase, nearBase, e.box, -1);

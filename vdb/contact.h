@@ -1,5 +1,6 @@
 #pragma once
 // The contact curves of an element, and the distance to them that drives its growth.
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -22,6 +23,12 @@ struct RimLanes {
     Vec3f nearestOn(int k, const Vec3f& p) const;
 };
 
+/// How a piece of rim bends: its curvature vector, and for how far on each side that holds.
+struct RimBend {
+    Vec3f curvature;
+    float half;
+};
+
 /// The rim of the surface that an element shares with each neighbour (or, touching none, with the base), as short
 /// straight pieces, and a smooth distance to it.
 ///
@@ -31,7 +38,8 @@ struct RimLanes {
 class ContactDistance {
   public:
     /// Points on the rim to a fraction of a voxel, dense, in any order: joined into pieces one to two voxels long.
-    void addRim(const std::vector<RimPoint>& points);
+    /// `settle`: moves the middle of a piece onto the rim with more care.
+    void addRim(const std::vector<RimPoint>& points, const std::function<Vec3f(const Vec3f&)>& settle = {});
     bool empty() const { return rims_.empty(); }
     /// Distance in voxels; 1e9 where there is no contact. O(pieces), eight at a time: a search tree is slower.
     double operator()(const Vec3& p) const;
@@ -70,6 +78,7 @@ class ContactDistance {
         friend class ContactDistance;
         struct Piece {
             Vec3f middle, along, away;
+            RimBend bend;
         };
         std::vector<Piece> pieces_;
         Vec3f lower_{1e9f, 1e9f, 1e9f}, upper_{-1e9f, -1e9f, -1e9f};  // of the pieces
@@ -81,6 +90,7 @@ class ContactDistance {
     struct Rim {
         std::vector<RimLanes> lanes;
         std::vector<Vec3f> away;  ///< of each piece
+        std::vector<RimBend> bend;
     };
     std::vector<Rim> rims_;
 };

@@ -18,6 +18,7 @@ struct WorkElement {
     Vec3 centre{0, 0, 0};                  ///< centroid of the placed volume
     double stiffness = 1;                  ///< infinity: rigid
     const CanonicalField* deep = nullptr;  ///< distances all through its inside, where depth tells who keeps a point
+    const CanonicalField* fine = nullptr;  ///< distances of the result's grid, where that is the finer one
     double size = 0;                  ///< diagonal of the bounding box in the element's own frame: the unit of a and b
     CoordBBox box;                    ///< of the placed level set, its band included
     WorkTree::Ptr placed;             ///< level set as placed

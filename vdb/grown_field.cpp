@@ -74,26 +74,34 @@ struct NearRim : ContactDistance::Near::Queries {
 constexpr float kNever = 1e30f;
 
 PAVEL_WIDE void wedgeTimes(const Wedge& wedge, float least, NearRim& q) {
+    const Wedge w = wedge;
+    const float *distance2 = q.distance2, *phi = q.phi, *away = q.away;
+    float *distance = q.distance, *times = q.time, *scale = q.scale;
     for (int i = 0; i < q.count; ++i) {
-        const float d = std::sqrt(q.distance2[i]), share = q.phi[i] / d, speed = wedge.speed(d),
-                    rise = arcsine(share < 1 ? share : 1),
-                    angle = rise + Front::behind(q.away[i] / d) * (float(kPi) - 2 * rise), time = angle * d / speed;
-        const bool swept = (d > 0) & (d <= wedge.reach) & (q.phi[i] <= 3) & (speed > 0);
-        q.distance[i] = d;
-        q.time[i] = swept ? time : kNever;
-        q.scale[i] = wedge.speed(d < least ? least : d);
+        const float d = std::sqrt(distance2[i]), share = std::abs(phi[i]) / d, speed = w.speed(d),
+                    rise = std::copysign(arcsine(share < 1 ? share : 1), phi[i]),
+                    angle = rise + Front::behind(away[i] / d) * (float(kPi) - 2 * rise), time = angle * d / speed;
+        // One condition at a time: the compiler would not vectorise their conjunction.
+        const float moving = speed > 0 ? time : kNever, near = phi[i] <= 3 ? moving : kNever;
+        distance[i] = d;
+        times[i] = d <= w.reach ? near : kNever;
+        scale[i] = w.speed(d < least ? least : d);
     }
 }
 
-/// Voxels outside the placed surface, nearer to it than a distance, where the front comes within the band.
+/// Voxels in the placed surface, so deep that it still shows outside.
+constexpr float kJustInside = 2;
+
+/// Voxels outside the placed surface, nearer to it than a distance, or just inside, where the front comes within the
+/// band.
 PAVEL_WIDE void besideRim(const float* distance, const GrownBlock& grown, float near, BlockMask& out) {
     for (int row = 0; row < 64; ++row) {
         unsigned bits = 0;
         PAVEL_ROLLED
         for (int z = 0; z < 8; ++z) {
             const int v = 8 * row + z;
-            bits |= unsigned((distance[v] > 0) & (distance[v] < near) & (grown.scale[v] > 0) &
-                             (std::abs(grown.way[v]) <= 2 * kBand))
+            bits |= unsigned((distance[v] > -kJustInside) & (distance[v] < near) & (grown.scale[v] > 0) &
+                             ((std::abs(grown.way[v]) <= 4 * kBand) | (distance[v] < 0)))
                     << z;
         }
         out[size_t(row)] = uint8_t(bits);
@@ -103,7 +111,7 @@ PAVEL_WIDE void besideRim(const float* distance, const GrownBlock& grown, float 
 /// Interpolation knows nothing of a field that turns around the rim like the hand of a clock.
 void mendNearRim(const Front& front, const Coord& origin, int factor, const float* distance, GrownBlock& out) {
     // Coarse voxels from the rim: nothing of the wedge; nothing but it.
-    const float none = std::min(2.f, float(front.wedgeReach())), only = 0.5f * none;
+    const float none = std::min(2.5f, float(front.wedgeReach())), only = 0.75f * none;
     const float toCoarse = 1 / float(factor);
     const ContactDistance::Near rims =
         front.element.contact->near((centreOf(origin) + Vec3(3.5, 3.5, 3.5)) * double(toCoarse),
@@ -116,13 +124,15 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
         if (!testMask(asked, v)) continue;
         const Coord c = origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
         const Vec3f p{float(c[0]) * toCoarse, float(c[1]) * toCoarse, float(c[2]) * toCoarse};
-        if (rims.toBox2(p) >= none * none) continue;
+        // Close to the rim an interpolated time may be off by much.
+        const float reach = std::abs(out.way[v]) <= 2 * kBand ? none : std::min(none, 1.f);
+        if (rims.toBox2(p) >= reach * reach) continue;
         q.x[q.count] = p[0], q.y[q.count] = p[1], q.z[q.count] = p[2];
         q.voxel[q.count] = v, q.phi[q.count++] = distance[v] * toCoarse;
     }
     if (q.count == 0) return;
     rims.nearest(q);
-    const double trusted = 2 * double(toCoarse);
+    const double trusted = double(toCoarse);
     wedgeTimes(Wedge(front), float(std::min(2.0, front.a * front.element.size)), q);
     for (int i = 0; i < q.count; ++i) {
         const float d = q.distance[i];

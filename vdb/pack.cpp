@@ -241,6 +241,8 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         {
             const StageTimer timer(context, "voxelize");
             coarse = voxelizeAll(coarseFields, kinds, placed, h * factor, deep, context);
+            if (factor > 1)
+                for (WorkElement& e : coarse) e.fine = &fields[size_t(e.kind)];
         }
         const StageTimer timer(context, "overlap");
         resolveOverlap(coarse, coarseBase.get(), options.recoverBaseLoss, context);

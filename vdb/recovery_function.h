@@ -10,8 +10,9 @@ template <class Real>
     // Without branches, so that loops over it vectorise; what divides, only by a and b.
     const Real w = b - a, perA = 1 / a, perW = 2 / (w * w), rising = x * perA * (2 - x * perA),
                falling = 1 - perW * (x - a) * (x - a), fading = perW * (x - b) * (x - b),
-               beyond = x <= Real(0.5) * (a + b) ? falling : fading, any = x <= a ? rising : beyond;
-    return (x <= 0) | (x >= b) ? 0 : any;
+               beyond = x <= Real(0.5) * (a + b) ? falling : fading, any = x <= a ? rising : beyond,
+               before = x < b ? any : 0;
+    return x > 0 ? before : 0;
 }
 
 }  // namespace pavel

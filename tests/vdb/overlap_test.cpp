@@ -160,6 +160,31 @@ TEST(Contact, TellsTheFreeSideFromTheShared) {
     }
 }
 
+TEST(Contact, RimLiesOnThatOfTheResultsGridAndBendsWithIt) {
+    constexpr double r = 9, d = 13.5;
+    const TriangleMesh ball = test::sphere(r, {0, 0, 0}, 200);
+    auto e = test::elementsAt(ball, {{0.3, 0.2, 0.1}, {d + 0.3, 0.2, 0.1}});
+    const CanonicalField fine = makeCanonicalField(ball, 0.125, 1, 1);
+    for (WorkElement& element : e) element.fine = &fine;
+    test::resolve(e);
+    const double circle = std::sqrt(r * r - d * d / 4);
+    const Vec3 middle(d / 2 + 0.3, 0.2, 0.1);
+    for (const Vec3f& p : e[0].contact->rimPoints(0)) {
+        EXPECT_NEAR(p[0], middle[0], 0.01);
+        EXPECT_NEAR(std::hypot(p[1] - middle[1], p[2] - middle[2]), circle, 0.01);  // .05 off on the grid at hand
+    }
+    const ContactDistance::Near near = e[0].contact->near(middle, circle, 2);
+    ContactDistance::Near::Queries q;
+    for (double t = 0; t < 2 * kPi; t += 0.02) {
+        const size_t k = size_t(q.count++);
+        q.x[k] = float(middle[0] - 0.3);
+        q.y[k] = float(middle[1] + (circle + 0.4) * std::cos(t)),
+        q.z[k] = float(middle[2] + (circle + 0.4) * std::sin(t));
+    }
+    near.nearest(q);
+    for (size_t k = 0; k < size_t(q.count); ++k) EXPECT_NEAR(std::sqrt(q.distance2[k]), 0.5, 0.03);
+}
+
 TEST(Contact, ManySmoothlyJoined) {
     ContactDistance one, two;
     one.addRim({{Vec3f(0, 0, 0)}});

@@ -126,6 +126,31 @@ TEST(Pack, NothingMovesBeyondTheReachOfTheGrowth) {
     EXPECT_LT(warts, 0.1 * options.voxelSize);
 }
 
+TEST(Pack, SeamsAreSmoothAlongTheRim) {
+    const SpherePair pair;
+    PackOptions options;
+    options.voxelSize = 0.11;  // fronts march on every seventh voxel
+    options.a = 0.2;
+    options.b = 0.6;
+    const WorkTree::Ptr tree = pair.packed(options).grids->elements[0].tree();
+    const WorkReader reader(*tree);
+    // The shape is one of revolution: its radius, in voxels, at some voxels from the plane between the two.
+    for (const double x : {-3.0, -5.0, -8.0, -12.0}) {
+        std::vector<double> radii;
+        for (int degree = 0; degree < 360; ++degree) {
+            const Vec3 out(0, std::cos(degreesToRadians(degree)), std::sin(degreesToRadians(degree)));
+            double lo = 25, hi = 60;
+            while (hi - lo > 1e-3) {
+                const double mid = 0.5 * (lo + hi);
+                (sampleAt(reader, Vec3(x, 0, 0) + mid * out) < 0 ? lo : hi) = mid;
+            }
+            radii.push_back(lo);
+        }
+        for (size_t i = 0; i < 360; ++i)
+            EXPECT_NEAR(radii[i], 0.5 * (radii[(i + 358) % 360] + radii[(i + 2) % 360]), 0.07) << x << ", " << i;
+    }
+}
+
 TEST(Pack, FrontsMarchAsCoarseAsTheirWayAllows) {
     EXPECT_EQ(marchingFactor(11, 50), 1);
     EXPECT_EQ(marchingFactor(24, 50), 2);
