@@ -133,7 +133,7 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
     if (q.count == 0) return;
     rims.nearest(q);
     const double trusted = double(toCoarse);
-    wedgeTimes(Wedge(front), float(std::min(2.0, front.a * front.element.size)), q);
+    wedgeTimes(Wedge(front), toCoarse, q);
     for (int i = 0; i < q.count; ++i) {
         const float d = q.distance[i];
         if (d >= none) continue;
