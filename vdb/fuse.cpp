@@ -36,13 +36,16 @@ std::vector<Coord> combinedOrigins(const openvdb::FloatTree& all, const openvdb:
     return sortedOnce(std::move(origins));
 }
 
-/// Minimum of two distances with a fillet in the crease between them, a quarter of the blend deep: slits thinner than a
-/// voxel, which no grid or printer can show, are filled instead of leaving a row of beads, and both sides of a contact
-/// face are well inside.
+/// Minimum of two distances with a fillet in the crease between them, a voxel deep: slits thinner than a voxel, which no
+/// grid or printer can show, are filled instead of leaving a row of beads, and both sides of a contact face are well
+/// inside. Fades out where the farther surface's narrow band ends.
 float blendedMin(float a, float b) {
-    constexpr float kBlend = 2.5f;
-    const float h = std::max(0.f, kBlend - std::abs(a - b));
-    return std::min(a, b) - h * h / (4 * kBlend);
+    constexpr float kBlend = kResultBand, kDeeper = 0.25f;  // as a mere parabola it would be three quarters deep
+    constexpr float kFade = 1.5f;
+    const float farther = std::max(a, b), apart = std::abs(a - b), h = std::max(0.f, kBlend - apart),
+                u = std::max(0.f, 1 - apart * apart / (kBlend * kBlend)),
+                share = std::clamp((kBlend - farther) / kFade, 0.f, 1.f);
+    return std::min(a, b) - share * (h * h / (4 * kBlend) + kDeeper * u * u);
 }
 
 /// Union of all elements in one block.
