@@ -75,6 +75,9 @@ PAVEL_WIDE std::pair<float, float> clipped(const float* own, float* clip) {
     return {*std::min_element(least, least + kLanes), *std::max_element(most, most + kLanes)};
 }
 
+/// Voxels: when a front goes on for more, after the other has stopped, it does not stop at the same time.
+constexpr float kAtOnce = 0.2f;
+
 /// What another holds. `bisector`: where both were placed.
 PAVEL_WIDE void takenBy(const OwnField& a, const OwnField& b, const float* bisector, bool byDepth, float later,
                         float* taken) {
@@ -85,15 +88,20 @@ PAVEL_WIDE void takenBy(const OwnField& a, const OwnField& b, const float* bisec
         const bool inA = phiA < 0, inBoth = inA & (phiB < 0);
         const float placed = -phiB < side ? -phiB : side;
         const float sum = scaleA + scaleB, product = scaleA * scaleB;
-        const float earlier = (wayA * scaleB - wayB * scaleA + later * product) / (sum > 0 ? sum : 1);
-        const float ahead = -(phiB < wayB ? phiB : wayB);
+        const float perSum = 1 / (sum > 0 ? sum : 1), waited = later * product * perSum;
+        const float earlier = (wayA * scaleB - wayB * scaleA) * perSum + waited;
+        // Where the other stopped before, its end is what counts. Where both stopped at once, it is not: it would but
+        // give the face between them a corner at its edge.
+        const float ahead = -(phiB < wayB ? phiB : wayB), ended = ahead < earlier ? ahead : earlier,
+                    together = 1 - waited * (1 / kAtOnce), most1 = together < 1 ? together : 1,
+                    share = most1 > 0 ? most1 : 0, sooner = ended + share * (earlier - ended);
         // Near the rims interpolated times are rough: no front may take what only the other was placed on.
         const float least = inA       ? -1e9f
                             : byDepth ? side
                                       : phiA,
                     most = inA ? (byDepth ? side : -phiB) : 1e9f, lower = phiB < 0 ? least : -1e9f,
-                    above = earlier > lower ? earlier : lower, raced = above < most ? above : most,
-                    alone = inA ? -kBand : ahead;
+                    came = inA ? earlier : sooner, above = came > lower ? came : lower,
+                    raced = above < most ? above : most, alone = inA ? -kBand : ahead;
         const float front = scaleA > 0 ? raced : alone, outside = scaleB > 0 ? front : -phiB;
         taken[v] = inBoth ? placed : outside;
     }
