@@ -199,7 +199,7 @@ Front::Upwind Front::upwind(GrowthBlock* block, int v) {
             const uint8_t s = cell->state[i];
             const float time = cell->time[i];
             if (s == kReal) held = std::min(held, time);
-            if (s == kReal || s == kGhost || s == kDeepGhost) any = std::min(any, time);
+            if (s == kReal || s == kGhost) any = std::min(any, time);
         }
         times.held[axis] = held, times.any[axis] = any;
     }
@@ -353,51 +353,6 @@ void Front::marchBeyond(double horizon, int layers, const std::vector<float>& st
     for (const Arrival& next : waiting) heap_.push(next);
     limits_ = nullptr;
     speedKnown_ = false;
-}
-
-void Front::settleGhosts(const std::vector<float>& stopTimes) {
-    const auto arrivalAt = [&](GrowthBlock* block, int v) {
-        const double speed = speedOf(block, v), t = speed > 0 ? arrival(upwind(block, v).any, speed) : kNever;
-        if (t >= kNever) return kNever;
-        const float held =
-            block->state(v) == kReal ? stopTime : claimTime(block->claims->claims[v].load(std::memory_order_relaxed));
-        return std::max({float(t), 1e-6f, std::nextafter(held, kNever)});
-    };
-    std::vector<Arrival> ghosts;
-    for (GrowthBlock& block : blocks) {
-        const uint32_t first = uint32_t(block.number) * 512;
-        block.forEachVoxel([&](int v, const GrowthCell& cell, int i) {
-            const uint8_t s = cell.state[i];
-            if (s == kGhost || s == kDeepGhost || (s == kReal && cell.time[i] > stopTime))
-                ghosts.push_back({cell.time[i], first + uint32_t(v)});
-        });
-    }
-    const auto timeOf = [&](uint32_t voxel) -> float& {
-        const int v = int(voxel % 512);
-        return blocks[voxel / 512].cells[GrowthBlock::cellOf(v)]->time[GrowthBlock::inCell(v)];
-    };
-    const size_t known = ghosts.size();
-    for (size_t k = 0; k < known; ++k) {
-        GrowthBlock* block = &blocks[ghosts[k].voxel() / 512];
-        const int v = int(ghosts[k].voxel() % 512);
-        if (block->state(v) != kGhost) continue;
-        for (int side = 0; side < 6; ++side) {
-            int n;
-            GrowthBlock* other = step(block, v, side, n);
-            if (!other || other->state(n) != kFar || !heldByOther(other, n, kNever, stopTimes)) continue;
-            touch(*other, n).state[GrowthBlock::inCell(n)] = kDeepGhost;
-            ghosts.push_back({arrivalAt(other, n), uint32_t(other->number) * 512 + uint32_t(n)});
-        }
-    }
-    for (size_t k = known; k < ghosts.size(); ++k) timeOf(ghosts[k].voxel()) = ghosts[k].time();
-    // In the order of their times one pass settles all but what an update brings forward.
-    std::sort(ghosts.begin(), ghosts.end(), [](const Arrival& x, const Arrival& y) { return y < x; });
-    for (const Arrival& g : ghosts) {
-        const float t = arrivalAt(&blocks[g.voxel() / 512], int(g.voxel() % 512));
-        if (t >= g.time()) continue;
-        timeOf(g.voxel()) = t;
-        changed_ = true;
-    }
 }
 
 void Front::commit() {

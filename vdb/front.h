@@ -99,9 +99,6 @@ class Front {
     /// Goes on past the end of a front that has stopped, so that times are known on both sides of it: accepts what
     /// arrives before `horizon`, and `layers` of voxels around that and around the body, whenever they arrive.
     void marchBeyond(double horizon, int layers, const std::vector<float>& stopTimes);
-    /// Finds the times of ghosts anew, from all that is known beside them: while a front marched, it did not know yet
-    /// which ground others held, and some ways through it were left out. To be called when marching has ended.
-    void settleGhosts(const std::vector<float>& stopTimes);
     /// Enters the claims of the last march into the shared clock.
     void commit();
     /// Counts the claims that won; the others become ghosts. Sets stopTime when the volume is back.

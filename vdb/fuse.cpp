@@ -36,8 +36,8 @@ std::vector<Coord> combinedOrigins(const openvdb::FloatTree& all, const openvdb:
     return sortedOnce(std::move(origins));
 }
 
-/// Minimum of two distances with a fillet in the crease between them, a voxel deep: slits thinner than a voxel, which no
-/// grid or printer can show, are filled instead of leaving a row of beads, and both sides of a contact face are well
+/// Minimum of two distances with a fillet in the crease between them, a voxel deep: slits thinner than a voxel, which
+/// no grid or printer can show, are filled instead of leaving a row of beads, and both sides of a contact face are well
 /// inside. Fades out where the farther surface's narrow band ends.
 float blendedMin(float a, float b) {
     constexpr float kBlend = kResultBand, kDeeper = 0.25f;  // as a mere parabola it would be three quarters deep

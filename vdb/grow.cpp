@@ -151,10 +151,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
         tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k]); });
     };
     open = all;
-    each(open, [&](int i) {
-        fronts_[size_t(i)]->settleGhosts(stopTimes);
-        fronts_[size_t(i)]->finish();
-    });
+    each(open, [&](int i) { fronts_[size_t(i)]->finish(); });
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
         context.progress("growth", 0.6 + 0.2 * std::min(1, round));
         const RegionBuilder builder(elements_, base_, fronts_);

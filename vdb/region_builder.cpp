@@ -75,9 +75,6 @@ PAVEL_WIDE std::pair<float, float> clipped(const float* own, float* clip) {
     return {*std::min_element(least, least + kLanes), *std::max_element(most, most + kLanes)};
 }
 
-/// Voxels: when a front goes on for more, after the other has stopped, it does not stop at the same time.
-constexpr float kAtOnce = 0.2f;
-
 /// What another holds. `bisector`: where both were placed.
 PAVEL_WIDE void takenBy(const OwnField& a, const OwnField& b, const float* bisector, bool byDepth, float later,
                         float* taken) {
@@ -88,13 +85,8 @@ PAVEL_WIDE void takenBy(const OwnField& a, const OwnField& b, const float* bisec
         const bool inA = phiA < 0, inBoth = inA & (phiB < 0);
         const float placed = -phiB < side ? -phiB : side;
         const float sum = scaleA + scaleB, product = scaleA * scaleB;
-        const float perSum = 1 / (sum > 0 ? sum : 1), waited = later * product * perSum;
-        const float earlier = (wayA * scaleB - wayB * scaleA) * perSum + waited;
-        // Where the other stopped before, its end is what counts. Where both stopped at once, it is not: it would but
-        // give the face between them a corner at its edge.
-        const float ahead = -(phiB < wayB ? phiB : wayB), ended = ahead < earlier ? ahead : earlier,
-                    together = 1 - waited * (1 / kAtOnce), most1 = together < 1 ? together : 1,
-                    share = most1 > 0 ? most1 : 0, sooner = ended + share * (earlier - ended);
+        const float earlier = (wayA * scaleB - wayB * scaleA + later * product) / (sum > 0 ? sum : 1);
+        const float ahead = -(phiB < wayB ? phiB : wayB), sooner = ahead < earlier ? ahead : earlier;
         // Near the rims interpolated times are rough: no front may take what only the other was placed on.
         const float least = inA       ? -1e9f
                             : byDepth ? side
