@@ -56,7 +56,7 @@ class ContactDistance {
     /// Of all rims together, in voxels, to a fifth.
     double length() const;
 
-    /// The pieces around a block, for many queries there.
+    /// The pieces around a block, for many queries there: bent, where that is known.
     class Near {
       public:
         bool empty() const { return pieces_.empty(); }
