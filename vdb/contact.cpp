@@ -9,12 +9,6 @@
 namespace pavel {
 namespace {
 
-/// Half the length of a piece of rim; middles are about twice this apart, or less.
-constexpr float kHalfPiece = 0.75f, kSpacing = 1.2f;
-/// The same where the way on is known to bend with the rim: no gaps between them.
-constexpr float kHalfArc = 1.2f;
-constexpr double kExponent = 4;
-
 /// A field at a point.
 struct Sample {
     double value;
@@ -74,279 +68,12 @@ std::vector<RimPoint> thinned(std::vector<RimPoint> points) {
     return points;
 }
 
-/// Main direction of the points within two voxels, by power iteration on their covariance; zero for a lone point.
-Vec3f directionAt(const std::vector<RimPoint>& points, const Vec3f& middle) {
-    double c[6] = {};  // xx xy xz yy yz zz
-    for (const RimPoint& p : points) {
-        const Vec3f d = p.place - middle;
-        if (d.sqrnorm() > 4) continue;
-        c[0] += double(d[0]) * d[0], c[1] += double(d[0]) * d[1], c[2] += double(d[0]) * d[2];
-        c[3] += double(d[1]) * d[1], c[4] += double(d[1]) * d[2], c[5] += double(d[2]) * d[2];
-    }
-    Vec3 t = c[0] >= c[3] && c[0] >= c[5] ? Vec3(c[0], c[1], c[2])
-             : c[3] >= c[5]               ? Vec3(c[1], c[3], c[4])
-                                          : Vec3(c[2], c[4], c[5]);
-    for (int it = 0; it < 8; ++it) {
-        const double l = length(t);
-        if (l < 1e-9) return {0, 0, 0};
-        t /= l;
-        t = Vec3(c[0] * t[0] + c[1] * t[1] + c[2] * t[2], c[1] * t[0] + c[3] * t[1] + c[4] * t[2],
-                 c[2] * t[0] + c[4] * t[1] + c[5] * t[2]);
-    }
-    t = normalized(t);
-    return {float(t[0]), float(t[1]), float(t[2])};
-}
-
-const RimBend kStraight{{0, 0, 0}, kHalfPiece};
-
-/// Fits an arc through the middle to the points within two voxels, and turns the direction along it; straight, and the
-/// direction as it was, where they do not lie on one, as at a corner.
-RimBend bendAt(const std::vector<RimPoint>& points, const Vec3f& middle, Vec3f& along) {
-    constexpr float kOff = 0.1f;                // voxels, at most
-    std::vector<std::pair<float, Vec3f>> near;  // way along, and off the line
-    double s2 = 0, s3 = 0, s4 = 0;
-    Vec3 off1(0, 0, 0), off2(0, 0, 0);
-    for (const RimPoint& p : points) {
-        const Vec3f d = p.place - middle;
-        if (d.sqrnorm() > 4) continue;
-        const float s = d | along;
-        const Vec3f off = d - along * s;
-        near.emplace_back(s, off);
-        const double ss = double(s) * s;
-        s2 += ss, s3 += ss * s, s4 += ss * ss;
-        for (int k = 0; k < 3; ++k) off1[k] += double(s) * off[k], off2[k] += ss * off[k];
-    }
-    const double det = s2 * s4 - s3 * s3;
-    if (det < 0.1 * s2 * s4) return kStraight;
-    const Vec3 slope = (off1 * s4 - off2 * s3) / det, half = (off2 * s2 - off1 * s3) / det;
-    const Vec3f tilt{float(slope[0]), float(slope[1]), float(slope[2])},
-        curve{float(half[0]), float(half[1]), float(half[2])};
-    for (const auto& [s, off] : near)
-        if ((off - tilt * s - curve * (s * s)).sqrnorm() > kOff * kOff) return kStraight;
-    along += tilt;
-    along.normalize();
-    return {curve * 2, kHalfArc};
-}
-
-}  // namespace
-
-void RimLanes::set(int k, const Vec3f& m, const Vec3f& t) {
-    x[k] = m[0], y[k] = m[1], z[k] = m[2];
-    tx[k] = t[0], ty[k] = t[1], tz[k] = t[2];
-}
-
-Vec3f RimLanes::nearestOn(int k, const Vec3f& p) const {
-    const Vec3f m{x[k], y[k], z[k]}, t{tx[k], ty[k], tz[k]}, v = p - m;
-    return m + t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
-}
-
-namespace {
-
-/// A point's way along the free surface, if those around it agree: where a rim bends round a corner, it tells no side.
-Vec3f awayAt(const std::vector<RimPoint>& points, const RimPoint& at) {
-    constexpr float kAround = 5, kAgree = 0.7f;
-    for (const RimPoint& p : points)
-        if ((p.place - at.place).sqrnorm() < kAround * kAround && (p.away | at.away) < kAgree) return {0, 0, 0};
-    return at.away;
-}
-
-constexpr Vec3f::value_type kNowhere = 1e9f;
-
-/// Groups pieces in lanes; the last is filled up with pieces that are far from everything.
-std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces) {
-    std::vector<RimLanes> lanes((pieces.size() + RimLanes::kCount - 1) / RimLanes::kCount);
-    for (size_t i = 0; i < lanes.size() * RimLanes::kCount; ++i)
-        lanes[i / RimLanes::kCount].set(int(i % RimLanes::kCount),
-                                        i < pieces.size() ? pieces[i].first : Vec3f{kNowhere, kNowhere, kNowhere},
-                                        i < pieces.size() ? pieces[i].second : Vec3f{0, 0, 0});
-    return lanes;
-}
-
-/// Squared distances to eight pieces. Inlined: each caller is compiled for wide registers itself.
-[[gnu::always_inline]] inline void distances2(const RimLanes& l, const Vec3f& p, float d2[RimLanes::kCount]) {
-    PAVEL_ROLLED
-    for (int k = 0; k < RimLanes::kCount; ++k) {
-        const float vx = p[0] - l.x[k], vy = p[1] - l.y[k], vz = p[2] - l.z[k];
-        float s = vx * l.tx[k] + vy * l.ty[k] + vz * l.tz[k];
-        s = s > kHalfPiece ? kHalfPiece : s;
-        s = s < -kHalfPiece ? -kHalfPiece : s;
-        const float wx = vx - s * l.tx[k], wy = vy - s * l.ty[k], wz = vz - s * l.tz[k];
-        d2[k] = wx * wx + wy * wy + wz * wz;
-    }
-}
-
-/// Squared distance to the nearest piece, and which that is where it is nearer than `best`.
-[[gnu::always_inline]] inline float nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p, float best,
-                                              int& piece) {
-    float least[RimLanes::kCount], d2[RimLanes::kCount];
-    int lane[RimLanes::kCount];
-    std::fill(least, least + RimLanes::kCount, best);
-    std::fill(lane, lane + RimLanes::kCount, -1);
-    for (int i = 0; i < int(lanes.size()); ++i) {
-        distances2(lanes[size_t(i)], p, d2);
-        PAVEL_ROLLED
-        for (int k = 0; k < RimLanes::kCount; ++k) {
-            lane[k] = d2[k] < least[k] ? i : lane[k];
-            least[k] = d2[k] < least[k] ? d2[k] : least[k];
-        }
-    }
-    int nearest = -1;
-    for (int k = 0; k < RimLanes::kCount; ++k)
-        if (least[k] < best || (least[k] == best && nearest >= 0 && lane[k] < lane[nearest]))
-            best = least[k], nearest = k;
-    if (nearest >= 0) piece = lane[nearest] * RimLanes::kCount + nearest;
-    return best;
-}
-
-Vec3f toFloat(const Vec3& p) {
-    return {float(p[0]), float(p[1]), float(p[2])};
-}
-
 /// Down the slope of what is taken, along the surface.
 Vec3f awayFrom(const Vec3& taken, const Vec3& surface) {
     const Vec3 along = (dot(taken, surface) / std::max(dot(surface, surface), 1e-9)) * surface - taken;
     const double l = length(along);
-    return l > 0.05 ? toFloat(along / l) : Vec3f{0, 0, 0};
+    return l > 0.05 ? Vec3f(along / l) : Vec3f{0, 0, 0};
 }
-
-}  // namespace
-
-void ContactDistance::addRim(const std::vector<RimPoint>& points, const std::function<Vec3f(const Vec3f&)>& settle) {
-    std::vector<std::pair<Vec3f, Vec3f>> pieces;
-    std::vector<Vec3f> away;
-    std::vector<RimBend> bend;
-    for (const RimPoint& p : points) {
-        if (std::any_of(pieces.begin(), pieces.end(),
-                        [&](const auto& m) { return (m.first - p.place).sqrnorm() < kSpacing * kSpacing; }))
-            continue;
-        pieces.emplace_back(p.place, directionAt(points, p.place));
-        away.push_back(awayAt(points, p));
-        bend.push_back(settle ? bendAt(points, p.place, pieces.back().second) : kStraight);
-        if (settle) pieces.back().first = settle(p.place);
-    }
-    rims_.push_back({inLanes(pieces), std::move(away), std::move(bend)});
-}
-
-std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
-    std::vector<Vec3f> points;
-    for (size_t i = 0; i < rims_[rim].away.size(); ++i) {
-        const RimLanes& l = rims_[rim].lanes[i / RimLanes::kCount];
-        const size_t k = i % RimLanes::kCount;
-        points.push_back({l.x[k], l.y[k], l.z[k]});
-    }
-    return points;
-}
-
-double ContactDistance::length() const {
-    constexpr double kApart = 1.5;  // middles of pieces, on average
-    size_t pieces = 0;
-    for (const Rim& rim : rims_) pieces += rim.away.size();
-    return kApart * double(pieces);
-}
-
-PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {
-    const float reach = float(radius + distance);
-    Near near;
-    float d2[RimLanes::kCount];
-    for (const Rim& rim : rims_)
-        for (size_t i = 0; i < rim.lanes.size(); ++i) {
-            const RimLanes& l = rim.lanes[i];
-            distances2(l, toFloat(centre), d2);
-            for (int k = 0; k < RimLanes::kCount; ++k)
-                if (d2[k] < reach * reach)
-                    near.pieces_.push_back({{l.x[k], l.y[k], l.z[k]},
-                                            {l.tx[k], l.ty[k], l.tz[k]},
-                                            rim.away[i * RimLanes::kCount + size_t(k)],
-                                            rim.bend[i * RimLanes::kCount + size_t(k)]});
-        }
-    for (const Near::Piece& piece : near.pieces_)
-        for (int k = 0; k < 3; ++k) {
-            const RimBend& bend = piece.bend;
-            const float half = bend.half * std::abs(piece.along[size_t(k)]), middle = piece.middle[size_t(k)],
-                        aside = 0.5f * bend.half * bend.half * bend.curvature[size_t(k)];
-            near.lower_[size_t(k)] = std::min(near.lower_[size_t(k)], middle - half + std::min(aside, 0.f));
-            near.upper_[size_t(k)] = std::max(near.upper_[size_t(k)], middle + half + std::max(aside, 0.f));
-        }
-    return near;
-}
-
-float ContactDistance::Near::toBox2(const Vec3f& p) const {
-    float sum = 0;
-    for (size_t k = 0; k < 3; ++k) {
-        const float out = std::max({lower_[k] - p[k], p[k] - upper_[k], 0.f});
-        sum += out * out;
-    }
-    return sum;
-}
-
-PAVEL_WIDE void ContactDistance::Near::nearest(Queries& q) const {
-    std::fill(q.distance2, q.distance2 + q.count, 1e30f);
-    std::fill(q.piece, q.piece + q.count, -1);
-    for (int k = 0; k < int(pieces_.size()); ++k) {
-        const Vec3f m = pieces_[size_t(k)].middle, t = pieces_[size_t(k)].along, a = pieces_[size_t(k)].away;
-        const Vec3f bend = pieces_[size_t(k)].bend.curvature * 0.5f;
-        const float mx = m[0], my = m[1], mz = m[2], tx = t[0], ty = t[1], tz = t[2], ax = a[0], ay = a[1], az = a[2],
-                    bx = bend[0], by = bend[1], bz = bend[2], half = pieces_[size_t(k)].bend.half;
-        for (int i = 0; i < q.count; ++i) {
-            const float vx = q.x[i] - mx, vy = q.y[i] - my, vz = q.z[i] - mz;
-            float s = vx * tx + vy * ty + vz * tz;
-            s = s > half ? half : s;
-            s = s < -half ? -half : s;
-            const float ss = s * s, wx = vx - s * tx - ss * bx, wy = vy - s * ty - ss * by, wz = vz - s * tz - ss * bz,
-                        d2 = wx * wx + wy * wy + wz * wz;
-            q.piece[i] = d2 < q.distance2[i] ? k : q.piece[i];
-            q.away[i] = d2 < q.distance2[i] ? wx * ax + wy * ay + wz * az : q.away[i];
-            q.distance2[i] = d2 < q.distance2[i] ? d2 : q.distance2[i];
-        }
-    }
-}
-
-Vec3f ContactDistance::Near::nearestOn(int piece, const Vec3f& p) const {
-    const auto& [middle, along, away, bend] = pieces_[size_t(piece)];
-    const float s = std::clamp((p - middle) | along, -bend.half, bend.half);
-    return middle + along * s + bend.curvature * (0.5f * s * s);
-}
-
-PAVEL_WIDE ContactDistance::Foot ContactDistance::nearest(const Vec3& p) const {
-    const Vec3f q = toFloat(p);
-    float best = 1e30f;
-    Foot foot{p};
-    for (const Rim& rim : rims_) {
-        int piece = -1;
-        best = nearestIn(rim.lanes, q, best, piece);
-        if (piece < 0) continue;
-        const Vec3f on = rim.lanes[size_t(piece / RimLanes::kCount)].nearestOn(piece % RimLanes::kCount, q);
-        const Vec3f& away = rim.away[size_t(piece)];
-        foot.rim = Vec3(on[0], on[1], on[2]);
-        foot.away = dot(p - foot.rim, Vec3(away[0], away[1], away[2]));
-    }
-    return foot;
-}
-
-PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
-    const Vec3f q = toFloat(p);
-    double sum = 0;
-    for (const Rim& rim : rims_) {
-        float best[RimLanes::kCount], d2[RimLanes::kCount];
-        std::fill(best, best + RimLanes::kCount, 1e30f);
-        for (const RimLanes& l : rim.lanes) {
-            distances2(l, q, d2);
-            PAVEL_ROLLED
-            for (int k = 0; k < RimLanes::kCount; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
-        }
-        for (int n = RimLanes::kCount / 2; n > 0; n /= 2) {
-            PAVEL_ROLLED
-            for (int k = 0; k < n; ++k) best[k] = best[k + n] < best[k] ? best[k + n] : best[k];
-        }
-        const double least = best[0];
-        if (least < 1e-8) return 0;
-        sum += 1 / (least * least);  // d^-4
-    }
-    static_assert(kExponent == 4, "the sum above spells the exponent out");
-    return sum > 0 ? 1 / std::sqrt(std::sqrt(sum)) : 1e9;
-}
-
-namespace {
 
 /// A rim passes no farther than this from a voxel next to it: half a voxel's diagonal.
 constexpr float kBeside = 0.87f;
@@ -406,7 +133,7 @@ Vec3f settled(const WorkElement& e, const WorkElement& other, const Taken& taken
         p += (-va * bb + vb * ab) / det * a + (-vb * aa + va * ab) / det * b;
         if (length(p - from) > kMost) return start;
     }
-    return toFloat(p);
+    return Vec3f(p);
 }
 
 }  // namespace
@@ -476,7 +203,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
                 const bool covered = (self >= 0 && base && sampleAt(solid, p) < -0.3) ||
                                      std::any_of(cutters.begin(), cutters.end(),
                                                  [&](const Cutter& c) { return c.index != self && c.covers(p); });
-                if (!covered) points.push_back({toFloat(p), awayFrom(taken(p).gradient, onSurface(p).gradient)});
+                if (!covered) points.push_back({Vec3f(p), awayFrom(taken(p).gradient, onSurface(p).gradient)});
             }
         }
         return thinned(std::move(points));

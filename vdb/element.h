@@ -8,7 +8,7 @@
 
 namespace pavel {
 
-class ContactDistance;  // contact.h
+class ContactDistance;  // contact_distance.h
 struct CanonicalField;  // voxelize.h
 
 struct WorkElement {

@@ -7,7 +7,7 @@
 #include <unordered_map>
 
 #include "pavel/vdb/claims.h"
-#include "pavel/vdb/contact.h"
+#include "pavel/vdb/contact_distance.h"
 #include "pavel/vdb/voxel_mask.h"
 
 namespace pavel {

@@ -1,0 +1,97 @@
+#pragma once
+// The rims of an element's contacts as curves, and the distance to them. Index space, voxels.
+#include <functional>
+#include <vector>
+
+#include "pavel/core/vec.h"
+
+namespace pavel {
+
+/// A point of a rim, and the way from there along the element's own free surface: a unit vector, or zero where the two
+/// surfaces run the same way.
+struct RimPoint {
+    Vec3f place, away{0, 0, 0};
+};
+
+/// Eight straight pieces of rim, so that one instruction works on several: middle and unit direction, zero where a
+/// piece is a point.
+struct RimLanes {
+    static constexpr int kCount = 8;
+    float x[kCount], y[kCount], z[kCount], tx[kCount], ty[kCount], tz[kCount];
+    void set(int k, const Vec3f& middle, const Vec3f& along);
+    Vec3f nearestOn(int k, const Vec3f& p) const;
+};
+
+/// How a piece of rim bends: its curvature vector, and for how far on each side that holds.
+struct RimBend {
+    Vec3f curvature;
+    float half;
+};
+
+/// The rim of the surface that an element shares with each neighbour (or, touching none, with the base), as short
+/// straight pieces, and a smooth distance to it.
+///
+/// d = (sum_j d_j^-p)^(-1/p) over the distances d_j to each neighbour's rim, p = 4. The plain minimum over j has ridges
+/// where two contacts are equally far, and growth copies them into the crown as a star of creases; this one is zero on
+/// the same curves and smooth elsewhere.
+class ContactDistance {
+  public:
+    /// Points on the rim to a fraction of a voxel, dense, in any order: joined into pieces one to two voxels long.
+    /// `settle`: moves the middle of a piece onto the rim with more care.
+    void addRim(const std::vector<RimPoint>& points, const std::function<Vec3f(const Vec3f&)>& settle = {});
+    bool empty() const { return rims_.empty(); }
+    /// Distance in voxels; 1e9 where there is no contact. O(pieces), eight at a time: a search tree is slower.
+    double operator()(const Vec3& p) const;
+    /// The point on a rim that is nearest to p, and how far from it p lies along the element's free surface: negative
+    /// on the side of the shared one. p itself where there is no contact.
+    struct Foot {
+        Vec3 rim;
+        double away = 0;
+    };
+    Foot nearest(const Vec3& p) const;
+    /// Middles of the pieces of one rim.
+    std::vector<Vec3f> rimPoints(size_t rim) const;
+    size_t rimCount() const { return rims_.size(); }
+    /// Of all rims together, in voxels, to a fifth.
+    double length() const;
+
+    /// The pieces around a block, for many queries there: bent, where that is known.
+    class Near {
+      public:
+        bool empty() const { return pieces_.empty(); }
+        /// Points of a block, in any number up to kMost, and what is asked of them.
+        struct Queries {
+            static constexpr int kMost = 512;
+            int count = 0;
+            float x[kMost], y[kMost], z[kMost];
+            float distance2[kMost];  ///< to the nearest piece
+            float away[kMost];       ///< as in Foot
+            int piece[kMost];        ///< which that is
+        };
+        void nearest(Queries& queries) const;
+        Vec3f nearestOn(int piece, const Vec3f& p) const;
+        /// Squared distance from a point to the box around all pieces, for a first look.
+        float toBox2(const Vec3f& p) const;
+
+      private:
+        friend class ContactDistance;
+        struct Piece {
+            Vec3f middle, along, away;
+            RimBend bend;
+        };
+        std::vector<Piece> pieces_;
+        Vec3f lower_{1e9f, 1e9f, 1e9f}, upper_{-1e9f, -1e9f, -1e9f};  // of the pieces
+    };
+    /// Pieces that may be nearer than `distance` to a point of the ball.
+    Near near(const Vec3& centre, double radius, double distance) const;
+
+  private:
+    struct Rim {
+        std::vector<RimLanes> lanes;
+        std::vector<Vec3f> away;  ///< of each piece
+        std::vector<RimBend> bend;
+    };
+    std::vector<Rim> rims_;
+};
+
+}  // namespace pavel
