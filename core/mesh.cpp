@@ -159,7 +159,8 @@ TriangleMesh splitAtCreases(const TriangleMesh& mesh, double degrees, std::vecto
     for (size_t t = 0; t < mesh.triangles.size(); ++t)
         for (size_t k = 0; k < 3; ++k) {
             const int n = neighbours[t][k];
-            if (n < int(t) || dot(triangleNormal(mesh, t), triangleNormal(mesh, size_t(n))) < least) continue;
+            if (n < int(t)) continue;
+            if (degrees < 180 && dot(triangleNormal(mesh, t), triangleNormal(mesh, size_t(n))) < least) continue;
             for (int v : {mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]})
                 corners.join(cornerOf(t, v), cornerOf(size_t(n), v));
         }

@@ -1,6 +1,7 @@
 #include "pavel/seeding/coarsen.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace pavel {
 namespace {
@@ -39,12 +40,12 @@ Triangulation coarsened(const Surface& surface, size_t count, double spacing, bo
     const Connectivity& m = dense.mesh;
     std::vector<Quadric> quadrics(dense.place.size());
     for (size_t t = 0; t < surface.mesh().triangles.size(); ++t) {
-        const Vec3 n = surface.faceNormal(int(t));
-        const TriangleMesh& mesh = surface.mesh();
-        const double d = dot(n, mesh.corner(t, 0)),
-                     area = triangleArea(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)) / 3;
-        for (int v : mesh.triangles[t]) quadrics[size_t(v)].add(n, d, area);
+        const Vec3& n = surface.faceNormal(int(t));
+        const double d = dot(n, surface.mesh().corner(t, 0)), share = surface.faceArea(int(t)) / 3;
+        for (int v : surface.mesh().triangles[t]) quadrics[size_t(v)].add(n, d, share);
     }
+    std::vector<int> edges(m.n_edges());  // that are left
+    std::iota(edges.begin(), edges.end(), 0);
     for (double share = 0.25; dense.vertices > count && share < (faithful ? 1 : 100);
          share *= share < 0.5 ? 1.12 : 1.03) {
         const double threshold = share * spacing, longest = std::max(1.4, 1.9 * share) * spacing,
@@ -57,8 +58,11 @@ Triangulation coarsened(const Surface& surface, size_t count, double spacing, bo
             quadrics[to] = sum;
             return true;
         };
-        for (size_t i = 0; i < m.n_edges() && dense.vertices > count; ++i) {
-            const Edge e{int(i)};
+        edges.erase(
+            std::remove_if(edges.begin(), edges.end(), [&](int i) { return bool(m.status(Edge(i)).deleted()); }),
+            edges.end());
+        for (size_t i = 0; i < edges.size() && dense.vertices > count; ++i) {
+            const Edge e{edges[i]};
             if (m.status(e).deleted()) continue;
             const Halfedge h = m.halfedge_handle(e, 0);
             const Vec3 d = dense.at(m.from_vertex_handle(h)) - dense.at(m.to_vertex_handle(h));

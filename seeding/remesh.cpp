@@ -286,7 +286,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
         spacing_ = 2 * spacing;
         fit_ = kFitCoarse;
         startFrom(coarsened(surface_, count_, spacing_, true));
-        settle(16, span(0.3, 0.5));
+        settle(12, span(0.3, 0.5));
         subdivide();
     } else {
         startFrom(coarsened(surface_, count, spacing, false));
@@ -294,7 +294,7 @@ Remeshed Remesher::run(const std::function<void(double)>& progress) {
     count_ = count;
     spacing_ = spacing;
     fit_ = kFitFine;
-    settle(20, span(0.5, 0.95));
+    settle(12, span(0.5, 0.95));
     dissolveTiny();
     for (int round = 0; round < 2; ++round) {
         flipEdges(false);

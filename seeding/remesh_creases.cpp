@@ -83,12 +83,6 @@ void Remesher::assignTriangles() {
         if (!changed[t]) front.push_back(int(t));
         changed[t] = 1;
     };
-    if (known)
-        for (size_t t = 0; t < n; ++t) {
-            const bool onSide = std::any_of(neighbours[t].begin(), neighbours[t].end(),
-                                            [&](int m) { return m >= 0 && owner_[size_t(m)] != owner_[t]; });
-            if (onSide) enter(t);
-        }
     for (size_t v = 0; v < on_.size(); ++v) {
         const size_t t = size_t(on_[v].triangle);
         int& owner = owner_[t];
@@ -97,8 +91,28 @@ void Remesher::assignTriangles() {
         owner = int(v);
         enter(t);
     }
+    /// The nearest of the owners of its neighbours that are `asked`, and of its own.
+    const auto nearest = [&](size_t t, const auto& asked) {
+        int best = owner_[t];
+        double least = best < 0 ? 1e300 : -1;
+        for (int m : neighbours[t]) {
+            if (m < 0 || owner_[size_t(m)] < 0 || owner_[size_t(m)] == best || !asked(size_t(m))) continue;
+            if (least < 0) least = distance2(t, best);
+            const double d = distance2(t, owner_[size_t(m)]);
+            if (d < least) best = owner_[size_t(m)], least = d;
+        }
+        return best;
+    };
     std::vector<int> beside, next;
     std::vector<char> listed(n, 0);
+    if (known) {  // all may have moved
+        next.resize(n);
+        tbb::parallel_for(size_t(0), n, [&](size_t t) { next[t] = nearest(t, [](size_t) { return true; }); });
+        for (int t : front) changed[size_t(t)] = 0;
+        front.clear();
+        for (size_t t = 0; t < n; ++t)
+            if (owner_[t] != next[t]) owner_[t] = next[t], enter(t);
+    }
     while (!front.empty()) {
         beside.clear();
         for (int t : front)
@@ -106,16 +120,7 @@ void Remesher::assignTriangles() {
                 if (m >= 0 && !listed[size_t(m)]) listed[size_t(m)] = 1, beside.push_back(m);
         next.resize(beside.size());
         tbb::parallel_for(size_t(0), beside.size(), [&](size_t k) {
-            const size_t t = size_t(beside[k]);
-            int best = owner_[t];
-            double least = best < 0 ? 1e300 : -1;
-            for (int m : neighbours[t]) {
-                if (m < 0 || !changed[size_t(m)] || owner_[size_t(m)] < 0 || owner_[size_t(m)] == best) continue;
-                if (least < 0) least = distance2(t, best);
-                const double d = distance2(t, owner_[size_t(m)]);
-                if (d < least) best = owner_[size_t(m)], least = d;
-            }
-            next[k] = best;
+            next[k] = nearest(size_t(beside[k]), [&](size_t m) { return changed[m]; });
         });
         for (int t : front) changed[size_t(t)] = 0;
         front.clear();
@@ -135,8 +140,7 @@ std::vector<Planes> Remesher::planesAround() const {
     for (size_t t = 0; t < owner_.size(); ++t) {
         if (owner_[t] < 0) continue;
         const size_t v = size_t(owner_[t]);
-        const double area = triangleArea(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
-        planes[v].add(area, surface_.faceNormal(int(t)), mesh.corner(t, 0) - on_[v].position);
+        planes[v].add(surface_.faceArea(int(t)), surface_.faceNormal(int(t)), mesh.corner(t, 0) - on_[v].position);
     }
     return planes;
 }

@@ -10,17 +10,6 @@
 namespace pavel {
 namespace {
 
-/// Weights of a triangle's corners for the point of it nearest to p, nearly: outside, they are cut off at 0.
-std::array<double, 3> weightsOf(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-    const Vec3 n = cross(b - a, c - a);
-    const double twice2 = dot(n, n);
-    std::array<double, 3> w{dot(cross(c - b, p - b), n), dot(cross(a - c, p - c), n), dot(cross(b - a, p - a), n)};
-    double sum = 0;
-    for (double& x : w) sum += x = std::max(0.0, twice2 > 0 ? x / twice2 : 1.0);
-    for (double& x : w) x /= sum;
-    return w;
-}
-
 Eigen::Vector3d eigen(const Vec3& v) {
     return {v[0], v[1], v[2]};
 }
@@ -55,6 +44,7 @@ class PlaceFit {
     struct Face {
         std::array<int, 3> corner{-1, -1, -1};
         Vec3 across{0, 0, 0}, normal{0, 0, 0};  // twice the area long, and 1
+        std::array<Vec3, 2> rise{};             // gradients of the first corners' weights
         // Normal equations for the heights of its corners, and what the moves so far have left.
         std::array<std::array<double, 3>, 3> a{};
         std::array<double, 3> b{}, left{};
@@ -87,7 +77,21 @@ class PlaceFit {
             for (auto v = m.cfv_ccwbegin(face); v.is_valid(); ++v) f.corner[k++] = v->idx();
             f.across = cross(at(f, 1) - at(f, 0), at(f, 2) - at(f, 0));
             f.normal = normalized(f.across);
+            const double twice2 = dot(f.across, f.across);
+            for (size_t c = 0; c < 2; ++c)
+                f.rise[c] = twice2 > 0 ? cross(f.across, at(f, (c + 2) % 3) - at(f, c + 1)) / twice2 : Vec3(0, 0, 0);
         });
+    }
+
+    /// Weights of a triangle's corners for the point of it nearest to p, nearly: outside, they are cut off at 0.
+    std::array<double, 3> weightsOf(const Face& f, const Vec3& p) const {
+        const Vec3 to = p - at(f, 2);
+        const double first = dot(to, f.rise[0]), second = dot(to, f.rise[1]);
+        std::array<double, 3> w{first, second, 1 - first - second};
+        double sum = 0;
+        for (double& x : w) sum += x = std::max(0.0, x);
+        for (double& x : w) x /= sum;
+        return w;
     }
 
     const Vec3& at(const Face& f, size_t k) const { return r_.tri_.place[size_t(f.corner[k])]; }
@@ -101,7 +105,7 @@ class PlaceFit {
             for (auto i = connections().cvf_ccwbegin(Remesher::Vertex(owner_[t])); i.is_valid(); ++i) {
                 const Face& f = faces_[size_t(i->idx())];
                 if (dot(f.normal, from) <= kFacing) continue;
-                const auto w = weightsOf(middle_[t], at(f, 0), at(f, 1), at(f, 2));
+                const auto w = weightsOf(f, middle_[t]);
                 const Vec3 off = middle_[t] - (w[0] * at(f, 0) + w[1] * at(f, 1) + w[2] * at(f, 2));
                 if (const double d = dot(off, off); d < least) {
                     least = d;
@@ -114,11 +118,10 @@ class PlaceFit {
     }
 
     void askFaces(const std::vector<Sample>& samples) {
-        const TriangleMesh& mesh = r_.surface_.mesh();
         for (size_t t = 0; t < samples.size(); ++t) {
             const Sample& s = samples[t];
             if (s.face < 0 || std::abs(s.distance) > r_.spacing_) continue;
-            const double area = triangleArea(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
+            const double area = r_.surface_.faceArea(int(t));
             Face& f = faces_[size_t(s.face)];
             for (size_t i = 0; i < 3; ++i) {
                 f.b[i] += area * double(s.weight[i]) * double(s.distance);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "pavel/core/wide.h"
 #include "pavel/seeding/remesher.h"
 
 namespace pavel {
@@ -27,7 +28,7 @@ double sharpest(const Vec3& p, const Vec3& a, const Vec3& b) {
 }
 
 /// M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 4.4.45, to 7e-5; for x in [0, 1].
-double arccosine(double x) {
+[[gnu::always_inline]] inline double arccosine(double x) {
     return std::sqrt(1 - x) * (1.5707288 + x * (-0.2121144 + x * (0.0742610 - x * 0.0187293)));
 }
 
@@ -43,16 +44,52 @@ struct Ring {
         for (int k = 0; k < count && fits(); ++k) along[k] = normalized(at[k + 1 < count ? k + 1 : 0] - at[k]);
     }
     bool fits() const { return count <= kMost; }
-    /// Sum of the least angles of the triangles around if the vertex stood at p.
-    double leastAngles(const Vec3& p) const {
-        Vec3 to[kMost];
-        for (int k = 0; k < count; ++k) to[k] = normalized(at[k] - p);
-        double sum = 0;
-        for (int k = 0; k < count; ++k) {
-            const Vec3 &a = to[k], &b = to[k + 1 < count ? k + 1 : 0];
-            sum += arccosine(std::min(1.0, std::max({dot(a, b), -dot(a, along[k]), dot(b, along[k])})));
+};
+
+/// Places that a vertex may move to, side by side.
+struct Places {
+    static constexpr int kMost = 8;
+    double x[kMost] = {}, y[kMost] = {}, z[kMost] = {};
+    void set(int i, const Vec3& p) { x[i] = p[0], y[i] = p[1], z[i] = p[2]; }
+    Vec3 operator[](int i) const { return {x[i], y[i], z[i]}; }
+};
+
+/// Sums of the least angles of the triangles around a vertex if it stood at each of these places.
+PAVEL_WIDE void leastAngles(const Ring& ring, const Places& p, double* sum) {
+    constexpr int kLanes = Places::kMost;
+    double x[Ring::kMost + 1][kLanes], y[Ring::kMost + 1][kLanes], z[Ring::kMost + 1][kLanes];  // unit, to the ring
+    const int count = ring.count;
+    for (int k = 0; k <= count; ++k) {
+        const Vec3& at = ring.at[k < count ? k : 0];
+        const double atX = at[0], atY = at[1], atZ = at[2];
+        PAVEL_ROLLED
+        for (int i = 0; i < kLanes; ++i) {
+            const double dx = atX - p.x[i], dy = atY - p.y[i], dz = atZ - p.z[i],
+                         l = std::sqrt(dx * dx + dy * dy + dz * dz), scale = 1 / (l > 0 ? l : 1);
+            x[k][i] = dx * scale, y[k][i] = dy * scale, z[k][i] = dz * scale;
         }
-        return sum;
+    }
+    for (int i = 0; i < kLanes; ++i) sum[i] = 0;
+    for (int k = 0; k < count; ++k) {
+        const double sideX = ring.along[k][0], sideY = ring.along[k][1], sideZ = ring.along[k][2];
+        const double *ax = x[k], *ay = y[k], *az = z[k], *bx = x[k + 1], *by = y[k + 1], *bz = z[k + 1];
+        PAVEL_ROLLED
+        for (int i = 0; i < kLanes; ++i) {
+            const double here = ax[i] * bx[i] + ay[i] * by[i] + az[i] * bz[i],
+                         first = -(ax[i] * sideX + ay[i] * sideY + az[i] * sideZ),
+                         second = bx[i] * sideX + by[i] * sideY + bz[i] * sideZ,
+                         outer = first > second ? first : second, most = here > outer ? here : outer;
+            sum[i] += arccosine(most < 1 ? most : 1);
+        }
+    }
+}
+
+/// Directions in a tangent plane, all around.
+struct Turns {
+    int count;
+    double cosine[Places::kMost], sine[Places::kMost];
+    explicit Turns(int n) : count(n) {
+        for (int k = 0; k < n; ++k) cosine[k] = std::cos(2 * kPi * k / n), sine[k] = std::sin(2 * kPi * k / n);
     }
 };
 
@@ -106,13 +143,20 @@ void Remesher::flipEdges(bool byValence) {
     for (size_t i = 0; i < m.n_edges(); ++i)
         for (int side = 0; side < 2 && alive(Edge(int(i))); ++side)
             ++valence_[size_t(m.to_vertex_handle(m.halfedge_handle(Edge(int(i)), side)).idx())];
-    std::vector<char> wanted(m.n_edges());
+    std::vector<char> wanted(m.n_edges(), 0), open(m.n_edges(), 1);
+    const auto openAround = [&](Vertex v) {
+        for (auto h = m.cvoh_ccwbegin(v); h.is_valid(); ++h) {
+            open[size_t(m.edge_handle(*h).idx())] = 1;
+            if (!m.is_boundary(*h)) open[size_t(m.edge_handle(m.next_halfedge_handle(*h)).idx())] = 1;
+        }
+    };
     for (int pass = 0; pass < 4; ++pass) {
         size_t flips = 0;
         // Few flip: which may is found in parallel, and asked again when its turn comes.
         tbb::parallel_for(size_t(0), wanted.size(), [&](size_t i) {
             const Edge e{int(i)};
-            wanted[i] = alive(e) && wantsFlip(e, byValence);
+            if (open[i]) wanted[i] = alive(e) && wantsFlip(e, byValence);
+            open[i] = 0;
         });
         for (size_t i = 0; i < wanted.size(); ++i) {
             const Edge e{int(i)};
@@ -121,7 +165,9 @@ void Remesher::flipEdges(bool byValence) {
             const Vertex ends[2] = {m.from_vertex_handle(h), m.to_vertex_handle(h)};
             if (!tri_.flip(e)) continue;
             for (Vertex v : ends) --valence_[size_t(v.idx())];
-            ++valence_[size_t(m.from_vertex_handle(h).idx())], ++valence_[size_t(m.to_vertex_handle(h).idx())];
+            const Vertex now[2] = {m.from_vertex_handle(h), m.to_vertex_handle(h)};
+            for (Vertex v : now) ++valence_[size_t(v.idx())];
+            for (Vertex v : {ends[0], ends[1], now[0], now[1]}) openAround(v);
             ++flips;
         }
         if (flips < count_ / 1000) break;
@@ -150,31 +196,44 @@ bool Remesher::facesOut(Vertex v, const Vec3& p) const {
 }
 
 /// Looks around a vertex, on a crease along it, for where its score is higher.
-template <class Score>
-bool Remesher::improvePlace(Vertex v, std::initializer_list<double> reaches, int directions, Score score) {
+template <class Turns, class Scores>
+bool Remesher::improvePlace(Vertex v, std::initializer_list<double> reaches, const Turns& around, Scores scores) {
+    static const Turns kAlong(2);
     const size_t i = size_t(v.idx());
-    if (kind_[i] == Kind::crease) directions = 2;
+    const Turns& turns = kind_[i] == Kind::crease ? kAlong : around;
     const SurfacePoint from = on_[i];
     const Vec3 u = kind_[i] == Kind::crease ? along_[i] : anyPerpendicular(from.normal), w = cross(from.normal, u);
-    double best = score(tri_.place[i]);
+    Places places;
+    double score[Places::kMost];
+    const auto scoreAt = [&](const Vec3& p) {
+        double one[Places::kMost];
+        Places single;
+        single.set(0, p);
+        scores(single, 1, one);
+        return one[0];
+    };
+    double best = scoreAt(tri_.place[i]);
     bool moved = false;
-    for (double reach : reaches)
-        for (int k = 0; k < directions; ++k) {
-            const double angle = 2 * kPi * k / directions;
-            const Vec3 step = reach * spacing_ * (std::cos(angle) * u + std::sin(angle) * w);
-            if (score(from.position + step) <= best) continue;  // walking costs more than looking
-            const SurfacePoint to = surface_.walked(from, step);
-            const double now = score(to.position);
+    for (double reach : reaches) {
+        for (int k = 0; k < turns.count; ++k)
+            places.set(k, from.position + reach * spacing_ * (turns.cosine[k] * u + turns.sine[k] * w));
+        scores(places, turns.count, score);
+        for (int k = 0; k < turns.count; ++k) {
+            if (score[k] <= best) continue;  // walking costs more than looking
+            const SurfacePoint to = surface_.walked(from, places[k] - from.position);
+            const double now = scoreAt(to.position);
             if (!(now > best && facesOut(v, to.position))) continue;
             best = now, on_[i] = to, tri_.place[i] = to.position;
             moved = true;
         }
+    }
     return moved;
 }
 
 /// Relaxation evens out areas; this then sees to the angles themselves.
 void Remesher::improveAngles() {
     constexpr int kSweeps = 3;
+    const Turns turns(6);
     // Vertices of one colour are not neighbours: they move at the same time.
     std::vector<int> colour(on_.size(), -1);
     std::vector<std::vector<int>> classes;
@@ -197,8 +256,10 @@ void Remesher::improveAngles() {
                 const Vertex v(c[k]);
                 if (!active[size_t(c[k])]) return;
                 const Ring ring(tri_, v);
-                moved[size_t(c[k])] = ring.fits() && improvePlace(v, {0.2, 0.07, 0.025}, 6,
-                                                                  [&](const Vec3& p) { return ring.leastAngles(p); });
+                moved[size_t(c[k])] =
+                    ring.fits() && improvePlace(v, {0.2, 0.07, 0.025}, turns, [&](const Places& p, int, double* score) {
+                        leastAngles(ring, p, score);
+                    });
             });
         active = moved;
         for (size_t i = 0; i < on_.size(); ++i)
@@ -209,7 +270,8 @@ void Remesher::improveAngles() {
 
 /// Last, the few triangles that are still sharp: their vertices look for a better place nearby.
 void Remesher::improveWorst() {
-    constexpr double kSharp = 0.8;           // cosine
+    constexpr double kSharp = 0.8;  // cosine
+    const Turns turns(8);
     std::vector<char> tried(on_.size(), 0);  // in vain, and nothing has moved since
     for (int sweep = 0; sweep < 12; ++sweep)
         for (size_t i = 0; i < on_.size(); ++i) {
@@ -217,7 +279,10 @@ void Remesher::improveWorst() {
             if (tried[i] || kind_[i] != Kind::smooth || tri_.mesh.status(v).deleted()) continue;
             tried[i] = 1;
             if (sharpestAround(v, tri_.place[i]) < kSharp) continue;
-            if (!improvePlace(v, {0.3, 0.12, 0.04}, 8, [&](const Vec3& p) { return -sharpestAround(v, p); })) continue;
+            const auto scores = [&](const Places& p, int n, double* score) {
+                for (int k = 0; k < n; ++k) score[k] = -sharpestAround(v, p[k]);
+            };
+            if (!improvePlace(v, {0.3, 0.12, 0.04}, turns, scores)) continue;
             tried[i] = 0;
             for (auto n = tri_.mesh.cvv_ccwbegin(v); n.is_valid(); ++n) tried[size_t(n->idx())] = 0;
         }

@@ -58,8 +58,8 @@ class Remesher {
     void flipEdges(bool byValence);
     double sharpestAround(Vertex v, const Vec3& p) const;
     bool facesOut(Vertex v, const Vec3& p) const;
-    template <class Score>
-    bool improvePlace(Vertex v, std::initializer_list<double> reaches, int directions, Score score);
+    template <class Turns, class Scores>
+    bool improvePlace(Vertex v, std::initializer_list<double> reaches, const Turns& around, Scores scores);
     void improveAngles();
     void improveWorst();
     void fitPlaces();

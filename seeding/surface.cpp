@@ -25,7 +25,8 @@ Surface::Surface(TriangleMesh mesh) : mesh_(std::move(mesh)), index_(std::make_u
     vertexNormals_ = vertexNormals(mesh_);
     neighbours_ = triangleNeighbours(mesh_);
     for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
-        area_ += triangleArea(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2));
+        faceAreas_.push_back(triangleArea(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2)));
+        area_ += faceAreas_.back();
         faceNormals_.push_back(triangleNormal(mesh_, t));
     }
 }
@@ -95,28 +96,26 @@ SurfacePoint Surface::walked(const SurfacePoint& from, const Vec3& step) const {
         d -= dot(d, n) * n;
         double share = 1;
         int side = -1;
-        Vec3 outward(0, 0, 0);  // of that side
         for (int k = 0; k < 3; ++k) {
             if (k == entered) continue;
             const Vec3 a = mesh_.corner(t, k), m = cross(mesh_.corner(t, (k + 1) % 3) - a, n);
             const double speed = dot(d, m);
             if (!(speed > 0)) continue;
             const double s = std::max(0.0, dot(a - at.position, m) / speed);
-            if (s < share) share = s, side = k, outward = m;
+            if (s < share) share = s, side = k;
         }
         at.position += share * d;
         if (side < 0) break;
         d *= 1 - share;
         const Vec3 edge = normalized(mesh_.corner(t, (side + 1) % 3) - mesh_.corner(t, side));
-        const Vec3 along = dot(d, edge) * edge;
+        const double ahead = dot(d, edge), across = dot(d, cross(edge, n));
         const int next = neighbours_[t][size_t(side)];
         if (next < 0) {  // slide along the boundary
-            d = along;
+            d = ahead * edge;
             entered = side;
             continue;
         }
-        const double across = dot(d, normalized(outward));
-        d = along + across * normalized(cross(edge, faceNormals_[size_t(next)]), normalized(outward));
+        d = ahead * edge + across * cross(edge, faceNormals_[size_t(next)]);
         for (entered = 0; entered < 2 && neighbours_[size_t(next)][size_t(entered)] != at.triangle;) ++entered;
         at.triangle = next;
     }
@@ -137,7 +136,7 @@ std::vector<SurfacePoint> Surface::sample(size_t count, Rng& rng, const std::vec
     std::vector<double> cumulative;
     double sum = 0;
     for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
-        const double area = triangleArea(mesh_.corner(t, 0), mesh_.corner(t, 1), mesh_.corner(t, 2));
+        const double area = faceAreas_[t];
         cumulative.push_back(sum += density.empty() ? area : density[t] * area);
     }
     std::vector<SurfacePoint> points;
@@ -158,6 +157,12 @@ std::vector<SurfacePoint> Surface::sample(size_t count, Rng& rng, const std::vec
 }
 
 void subdivideLongEdges(TriangleMesh& mesh, double longest) {
+    const auto isShort = [&](const Triangle& t) {
+        const Vec3 &a = mesh.points[size_t(t[0])], &b = mesh.points[size_t(t[1])], &c = mesh.points[size_t(t[2])];
+        const double longest2 = longest * longest;
+        return dot(b - a, b - a) <= longest2 && dot(c - b, c - b) <= longest2 && dot(a - c, a - c) <= longest2;
+    };
+    if (std::all_of(mesh.triangles.begin(), mesh.triangles.end(), isShort)) return;
     subdivideEdges(mesh, [=](const Vec3& a, const Vec3& b) { return length(a - b) > longest; });
 }
 

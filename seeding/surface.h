@@ -25,7 +25,8 @@ class Surface {
     const TriangleMesh& mesh() const { return mesh_; }
     const std::vector<std::array<int, 3>>& neighbours() const { return neighbours_; }
     double area() const { return area_; }
-    Vec3 faceNormal(int triangle) const { return faceNormals_[size_t(triangle)]; }
+    const Vec3& faceNormal(int triangle) const { return faceNormals_[size_t(triangle)]; }
+    double faceArea(int triangle) const { return faceAreas_[size_t(triangle)]; }
 
     /// Closest point of the surface; where `facing` is given, among triangles whose normal has a positive component
     /// along it (so that the other side of a thin wall is not taken), unless there is none. O(log triangles).
@@ -47,6 +48,7 @@ class Surface {
     TriangleMesh mesh_;
     std::vector<Vec3> vertexNormals_, faceNormals_;
     std::vector<std::array<int, 3>> neighbours_;
+    std::vector<double> faceAreas_;
     double area_ = 0;
     std::unique_ptr<Index> index_;
 };

@@ -1,8 +1,7 @@
 #include "pavel/seeding/triangulation.h"
 
-#include <tbb/parallel_sort.h>
-
 #include <algorithm>
+#include <numeric>
 
 #include "pavel/core/error.h"
 
@@ -10,14 +9,24 @@ namespace pavel {
 namespace {
 
 void checkEdges(const TriangleMesh& mesh) {
-    std::vector<uint64_t> edges;
-    edges.reserve(3 * mesh.triangles.size());
+    // Where each goes, in buckets by where it comes from: a handful in each.
+    std::vector<size_t> end(mesh.points.size() + 1, 0);
     for (const Triangle& t : mesh.triangles)
-        for (size_t k = 0; k < 3; ++k) edges.push_back(uint64_t(t[k]) << 32 | uint64_t(t[(k + 1) % 3]));
-    tbb::parallel_sort(edges.begin(), edges.end());
-    if (std::adjacent_find(edges.begin(), edges.end()) != edges.end())
-        throw InputError(
-            "the mesh has an edge of more than two triangles, or neighbours that face opposite ways; repair it first");
+        for (int v : t) ++end[size_t(v) + 1];
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    std::vector<int> to(3 * mesh.triangles.size());
+    for (const Triangle& t : mesh.triangles)
+        for (size_t k = 0; k < 3; ++k) to[end[size_t(t[k])]++] = t[(k + 1) % 3];  // the bucket's begin becomes its end
+    auto begin = to.begin();
+    for (size_t v = 0; v < mesh.points.size(); ++v) {
+        const auto stop = to.begin() + std::ptrdiff_t(end[v]);
+        std::sort(begin, stop);
+        if (std::adjacent_find(begin, stop) != stop)
+            throw InputError(
+                "the mesh has an edge of more than two triangles, or neighbours that face opposite ways; repair it "
+                "first");
+        begin = stop;
+    }
 }
 
 }  // namespace
@@ -70,6 +79,13 @@ bool Triangulation::keepsTopology(Halfedge h) const {
     return true;
 }
 
+/// Has a vertex more than three neighbours?
+bool Triangulation::branches(Vertex v) const {
+    int count = 0;
+    for (auto h = mesh.cvoh_ccwbegin(v); h.is_valid() && count <= 3; ++h) ++count;
+    return count > 3;
+}
+
 bool Triangulation::collapse(Halfedge h, double longest, double turn) {
     const Vertex from = mesh.from_vertex_handle(h), to = mesh.to_vertex_handle(h);
     const Halfedge back = mesh.opposite_halfedge_handle(h);
@@ -77,7 +93,7 @@ bool Triangulation::collapse(Halfedge h, double longest, double turn) {
     if (mesh.is_boundary(from) && (!onBoundary || !straightAt(from))) return false;
     // No fin: the two vertices opposite keep three neighbours.
     for (const Halfedge side : {h, back})
-        if (!mesh.is_boundary(side) && mesh.valence(mesh.to_vertex_handle(mesh.next_halfedge_handle(side))) <= 3)
+        if (!mesh.is_boundary(side) && !branches(mesh.to_vertex_handle(mesh.next_halfedge_handle(side))))
             return false;
     const Vec3 &p = at(from), &q = at(to);
     for (auto it = mesh.cvoh_ccwbegin(from); it.is_valid(); ++it) {
@@ -101,7 +117,7 @@ bool Triangulation::collapse(Halfedge h, double longest, double turn) {
 bool Triangulation::flip(OpenMesh::EdgeHandle e) {
     if (mesh.is_boundary(e)) return false;
     const Halfedge h = mesh.halfedge_handle(e, 0);
-    if (mesh.valence(mesh.from_vertex_handle(h)) <= 3 || mesh.valence(mesh.to_vertex_handle(h)) <= 3) return false;
+    if (!branches(mesh.from_vertex_handle(h)) || !branches(mesh.to_vertex_handle(h))) return false;
     if (!mesh.is_flip_ok(e)) return false;
     mesh.flip(e);
     return true;

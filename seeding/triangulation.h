@@ -35,6 +35,7 @@ class Triangulation {
     const Vec3& at(Vertex v) const { return place[size_t(v.idx())]; }
     bool straightAt(Vertex v) const;
     bool keepsTopology(Halfedge h) const;
+    bool branches(Vertex v) const;
     /// Merges a half-edge's first vertex into its second, where that keeps the topology, turns no triangle by more than
     /// the angle of this cosine, and leaves no edge longer than `longest`.
     bool collapse(Halfedge h, double longest, double turn);
