@@ -158,6 +158,11 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
     }
     std::vector<size_t> levels{count};
     while (levels.back() > 4 * kCoarsest) levels.push_back((levels.back() + 6) / 4);
+    std::vector<TriangleMesh> simple(levels.size());
+    tbb::parallel_for(size_t(0), levels.size(), [&](size_t l) {
+        if (surface.mesh().triangles.size() > 2 * kTriangles * levels[l])
+            simple[l] = simplified(surface.mesh(), kTriangles * levels[l]);
+    });
     std::unique_ptr<Surface> light, lighter;
     std::unique_ptr<Ground> coarse;
     std::vector<SurfacePoint> seeds;
@@ -165,8 +170,7 @@ std::vector<SurfacePoint> centroidalSeeds(const Surface& surface, size_t count, 
         const size_t n = levels[l];
         const Surface* before = light ? light.get() : &surface;
         Ground* ground = &exact;
-        if (surface.mesh().triangles.size() > 2 * kTriangles * n) {
-            TriangleMesh mesh = simplified(surface.mesh(), kTriangles * n);
+        if (TriangleMesh mesh = std::move(simple[l]); !mesh.triangles.empty()) {
             subdivideLongEdges(mesh, std::sqrt(surface.area() / double(n)));
             lighter = std::make_unique<Surface>(std::move(mesh));
             coarse = std::make_unique<Ground>(*lighter, densityOn(*lighter, surface, options.density));

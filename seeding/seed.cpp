@@ -1,6 +1,7 @@
 #include "pavel/seeding/seed.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <tuple>
@@ -74,6 +75,9 @@ std::vector<double> densities(const Surface& surface, const SeedingOptions& seed
 /// The part of an offset surface whose feet on the base lie in the region.
 TriangleMesh aboveRegion(const TriangleMesh& offset, const Surface& base, const Surface& region, double distance) {
     std::vector<char> above(offset.points.size());
+    // Two indices are made at the same time.
+    if (!above.empty())
+        tbb::parallel_invoke([&] { region.closest(offset.points[0]); }, [&] { base.closest(offset.points[0]); });
     tbb::parallel_for(size_t(0), above.size(), [&](size_t i) {
         const Vec3& p = offset.points[i];
         above[i] = region.closest(p).distance < base.closest(p).distance + 1e-3 * distance;

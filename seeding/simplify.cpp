@@ -10,9 +10,11 @@ TriangleMesh simplified(const TriangleMesh& mesh, size_t triangles) {
     result.triangles = mesh.triangles;
     if (mesh.triangles.size() <= triangles) return result;
     std::vector<unsigned> indices;
+    indices.reserve(3 * mesh.triangles.size());
     for (const Triangle& t : mesh.triangles)
         for (int v : t) indices.push_back(unsigned(v));
     std::vector<float> points;
+    points.reserve(3 * mesh.points.size());
     for (const Vec3& p : mesh.points) points.insert(points.end(), {float(p[0]), float(p[1]), float(p[2])});
     constexpr float kError = 0.02f;
     std::vector<unsigned> kept(indices.size());

@@ -33,6 +33,7 @@ Surface::Surface(TriangleMesh mesh) : mesh_(std::move(mesh)), index_(std::make_u
 
 void Surface::makeIndex() const {
     std::vector<std::pair<Box, int>> boxes;
+    boxes.reserve(mesh_.triangles.size());
     for (size_t t = 0; t < mesh_.triangles.size(); ++t) {
         Bounds b;
         for (int k = 0; k < 3; ++k) b.add(mesh_.corner(t, k));
