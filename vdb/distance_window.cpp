@@ -66,6 +66,10 @@ PAVEL_WIDE void distances(const BandVoxel* voxels, const Foot* feet, const Vec3f
     }
 }
 
+PAVEL_WIDE void makeUnknown(BandVoxel* voxels, float distance2) {
+    for (int v = 0; v < 512; ++v) voxels[v] = {distance2, -1};
+}
+
 PAVEL_WIDE int countInside(const float* own, const float* clip) {
     int negative = 0;
     if (clip) {
@@ -123,7 +127,9 @@ int DistanceWindow::slotAt(int b) {
     slot = int(slots_.size());
     const int x = b / step_[0], y = b / step_[1] % count_[1], z = b % count_[2];
     slots_.push_back({b, Vec3f(float(8 * x - 8), float(8 * y - 8), float(8 * z - 8))});
-    voxels_.resize(voxels_.size() + 512, BandVoxel{std::max(limit_[0], limit_[1]), -1});
+    const size_t first = size_t(slot) * 512;
+    if (voxels_.size() < first + 512) voxels_.resize(std::max(first + 512, 2 * voxels_.size()));
+    makeUnknown(&voxels_[first], std::max(limit_[0], limit_[1]));
     return slot;
 }
 

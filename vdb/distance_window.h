@@ -29,7 +29,7 @@ class DistanceWindow {
         source_.resize(count);
         sign_.resize(count);
         slot_.assign(count, kNone);
-        slots_.clear(), voxels_.clear();
+        slots_.clear();
         bool in = false, out = false;
         size_t i = 0;
         for (int x = 0; x < count_[0]; ++x)
@@ -81,7 +81,7 @@ class DistanceWindow {
     std::vector<signed char> sign_;
     std::vector<int> slot_;  // of each block
     std::vector<Slot> slots_;
-    std::vector<BandVoxel> voxels_;
+    std::vector<BandVoxel> voxels_;  // of all slots, and of more that windows before this one had
     std::vector<Foot> feet_;
     std::vector<int> layer_, next_;
     Patch patch_;
