@@ -192,19 +192,10 @@ PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, doubl
             const RimBend& bend = piece.bend;
             const float half = bend.half * std::abs(piece.along[size_t(k)]), middle = piece.middle[size_t(k)],
                         aside = 0.5f * bend.half * bend.half * bend.curvature[size_t(k)];
-            near.lower_[size_t(k)] = std::min(near.lower_[size_t(k)], middle - half + std::min(aside, 0.f));
-            near.upper_[size_t(k)] = std::max(near.upper_[size_t(k)], middle + half + std::max(aside, 0.f));
+            near.box_.lower[size_t(k)] = std::min(near.box_.lower[size_t(k)], middle - half + std::min(aside, 0.f));
+            near.box_.upper[size_t(k)] = std::max(near.box_.upper[size_t(k)], middle + half + std::max(aside, 0.f));
         }
     return near;
-}
-
-float ContactDistance::Near::toBox2(const Vec3f& p) const {
-    float sum = 0;
-    for (size_t k = 0; k < 3; ++k) {
-        const float out = std::max({lower_[k] - p[k], p[k] - upper_[k], 0.f});
-        sum += out * out;
-    }
-    return sum;
 }
 
 PAVEL_WIDE void ContactDistance::Near::nearest(Queries& q) const {

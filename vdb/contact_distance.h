@@ -70,8 +70,11 @@ class ContactDistance {
         };
         void nearest(Queries& queries) const;
         Vec3f nearestOn(int piece, const Vec3f& p) const;
-        /// Squared distance from a point to the box around all pieces, for a first look.
-        float toBox2(const Vec3f& p) const;
+        struct Box {
+            Vec3f lower{1e9f, 1e9f, 1e9f}, upper{-1e9f, -1e9f, -1e9f};
+        };
+        /// Around all pieces, for a first look.
+        const Box& box() const { return box_; }
 
       private:
         friend class ContactDistance;
@@ -80,7 +83,7 @@ class ContactDistance {
             RimBend bend;
         };
         std::vector<Piece> pieces_;
-        Vec3f lower_{1e9f, 1e9f, 1e9f}, upper_{-1e9f, -1e9f, -1e9f};  // of the pieces
+        Box box_;
     };
     /// Pieces that may be nearer than `distance` to a point of the ball.
     Near near(const Vec3& centre, double radius, double distance) const;

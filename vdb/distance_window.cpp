@@ -85,7 +85,7 @@ PAVEL_WIDE int countInside(const float* own, const float* clip) {
 }  // namespace
 
 void DistanceWindow::solve() {
-    feet_.clear();
+    feet_.clear(), points_.clear();
     layer_.clear();
     for (int x = 1; x + 1 < count_[0]; ++x)
         for (int y = 1; y + 1 < count_[1]; ++y)
@@ -153,6 +153,7 @@ void DistanceWindow::findFeet(int bx, int by, int bz) {
                 voxels_[size_t(first + z)] = {(at - foot.point).sqrnorm(), int(feet_.size())};
                 foot.point += shift;
                 feet_.push_back(foot);
+                points_.push_back(foot.point);
                 layer_.push_back(first + z);
             }
         }
@@ -167,7 +168,7 @@ void DistanceWindow::spread() {
         voxels_[size_t(i)].foot = foot;
         const Slot& own = slots_[size_t(i >> 9)];
         const int v = i & 511, x = v >> 6, y = v >> 3 & 7, z = v & 7, b = own.block;
-        const Vec3f e = own.origin + Vec3f(float(x), float(y), float(z)) - feet_[size_t(foot)].point;
+        const Vec3f e = own.origin + Vec3f(float(x), float(y), float(z)) - points_[size_t(foot)];
         const float ex = e[0], ey = e[1], ez = e[2];
         const float xx = ex * ex, yy = ey * ey, zz = ez * ez;
         const float limit = oneLimit ? limit_[0] : limit_[source_[size_t(b)].inside(v)];

@@ -83,6 +83,7 @@ class DistanceWindow {
     std::vector<Slot> slots_;
     std::vector<BandVoxel> voxels_;  // of all slots, and of more that windows before this one had
     std::vector<Foot> feet_;
+    std::vector<Vec3f> points_;  // of the feet, once more: most of the time goes into reading these
     std::vector<int> layer_, next_;
     Patch patch_;
 };

@@ -2,17 +2,26 @@
 
 #include <algorithm>
 
+#include "pavel/vdb/scratch.h"
+
 namespace pavel {
 namespace {
 
-const FineBlock& uniform(float value) {
+FineBlock& uniform(float value) {
     const auto filled = [](float v) {
         auto* block = new FineBlock;
         std::fill(block->phi, block->phi + 512, v);
         return block;
     };
-    static const std::unique_ptr<const FineBlock> in(filled(-kBand)), out(filled(kBand));
+    static const std::unique_ptr<FineBlock> in(filled(-kBand)), out(filled(kBand));
     return value < 0 ? *in : *out;
+}
+
+/// Leaves a block's memory to the next.
+void putAway(FineBlock* block) {
+    if (!block || block == &uniform(-1) || block == &uniform(1)) return;
+    Spares<GrownBlock>::keep(std::move(block->grown));
+    Spares<FineBlock>::keep(std::unique_ptr<FineBlock>(block));
 }
 
 }  // namespace
@@ -34,7 +43,7 @@ FineShape::FineShape(const WorkElement& coarse, const Front* front, const Canoni
       grown_(front ? std::make_unique<GrownField>(*front, factor) : nullptr),
       factor_(factor),
       box_(reachOf(coarse, front, factor)),
-      blocks_(std::make_unique<std::atomic<const FineBlock*>[]>(box_.size())) {
+      blocks_(std::make_unique<std::atomic<FineBlock*>[]>(box_.size())) {
     for (const MaskedBlock& m : coarse.strays) {
         for (size_t row = 0; row < 64; ++row) strays_[m.origin][row] |= m.mask[row];
         CoordBBox nodes;
@@ -50,10 +59,7 @@ FineShape::FineShape(const WorkElement& coarse, const Front* front, const Canoni
 }
 
 FineShape::~FineShape() {
-    for (size_t i = 0; i < box_.size(); ++i) {
-        const FineBlock* block = blocks_[i].load(std::memory_order_relaxed);
-        if (block != &uniform(-1) && block != &uniform(1)) delete block;
-    }
+    for (size_t i = 0; i < box_.size(); ++i) putAway(blocks_[i].load(std::memory_order_relaxed));
 }
 
 const FineBlock& FineShape::nothing() {
@@ -63,32 +69,37 @@ const FineBlock& FineShape::nothing() {
 const FineBlock& FineShape::at(const Coord& origin) const {
     const int i = box_.index(origin);
     if (i < 0) return nothing();
-    std::atomic<const FineBlock*>& slot = blocks_[size_t(i)];
-    const FineBlock* known = slot.load(std::memory_order_acquire);
+    std::atomic<FineBlock*>& slot = blocks_[size_t(i)];
+    FineBlock* known = slot.load(std::memory_order_acquire);
     if (known) return *known;
-    const FineBlock* made = make(origin);
+    FineBlock* made = make(origin);
     if (slot.compare_exchange_strong(known, made, std::memory_order_acq_rel)) return *made;
     // Another thread was here first, with the same.
-    if (made != &uniform(-1) && made != &uniform(1)) delete made;
+    putAway(made);
     return *known;
 }
 
-const FineBlock* FineShape::make(const Coord& origin) const {
-    // Half of what is asked for turns out to be nothing, and leaves its memory to the next.
-    static thread_local std::unique_ptr<FineBlock> block;
-    static thread_local std::unique_ptr<GrownBlock> grown;
-    if (!block) block.reset(new FineBlock);
+FineBlock* FineShape::make(const Coord& origin) const {
+    // Half of what is asked for turns out to be nothing.
+    struct Kept {
+        std::unique_ptr<FineBlock> block = Spares<FineBlock>::take();
+        ~Kept() { putAway(block.release()); }
+    } kept;
+    FineBlock* const block = kept.block.get();
     Placement::Side side = placement_.sample(origin, block->phi);
     if (side != Placement::kNear) std::fill(block->phi, block->phi + 512, side == Placement::kInside ? -kBand : kBand);
     if (eraseStrays(origin, block->phi)) side = Placement::kNear;
     // Times run backwards all through the inside, but nobody else can come there.
     if (side == Placement::kInside) return &uniform(-1);
     if (grown_) {
-        if (!grown) grown.reset(new GrownBlock);
-        if (grown_->read(origin, block->phi, *grown)) block->grown = std::move(grown);
+        auto grown = Spares<GrownBlock>::take();
+        if (grown_->read(origin, block->phi, *grown))
+            block->grown = std::move(grown);
+        else
+            Spares<GrownBlock>::keep(std::move(grown));
     }
     if (!block->grown && side == Placement::kOutside) return &uniform(1);
-    return block.release();
+    return kept.block.release();
 }
 
 /// Turns the voxels outside that the trim cut off: those with a stray node around them and none of the main body.

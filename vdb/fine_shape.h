@@ -16,8 +16,8 @@ CoordBBox reachOf(const WorkElement& element, const Front* front, int factor);
 
 /// The element in one leaf.
 struct FineBlock {
-    float phi[512];                           ///< distance to the placed surface, within kBand
-    std::unique_ptr<const GrownBlock> grown;  ///< null where its front does not come near
+    float phi[512];                     ///< distance to the placed surface, within kBand
+    std::unique_ptr<GrownBlock> grown;  ///< null where its front does not come near
 };
 
 /// What an element, settled on a grid `factor` times coarser, is there by itself: as placed, less the pieces that were
@@ -34,7 +34,7 @@ class FineShape {
     static const FineBlock& nothing();
 
   private:
-    const FineBlock* make(const Coord& origin) const;
+    FineBlock* make(const Coord& origin) const;
     bool eraseStrays(const Coord& origin, float* phi) const;
 
     const WorkElement& coarse_;
@@ -44,7 +44,7 @@ class FineShape {
     std::map<Coord, BlockMask> strays_;  // on the coarse grid
     std::vector<CoordBBox> strayBoxes_;  // of what they reach
     BlockBox box_;
-    std::unique_ptr<std::atomic<const FineBlock*>[]> blocks_;  // null until asked for
+    std::unique_ptr<std::atomic<FineBlock*>[]> blocks_;  // null until asked for
 };
 
 }  // namespace pavel

@@ -92,16 +92,28 @@ PAVEL_WIDE void wedgeTimes(const Wedge& wedge, float least, NearRim& q) {
 /// Voxels in the placed surface, so deep that it still shows outside.
 constexpr float kJustInside = 2;
 
-/// Voxels outside the placed surface, nearer to it than a distance, or just inside, where the front comes within the
-/// band.
-PAVEL_WIDE void besideRim(const float* distance, const GrownBlock& grown, float near, BlockMask& out) {
+/// Voxels outside the placed surface and near it, or just inside, where the front comes within the band and the box
+/// around the rims is within reach.
+PAVEL_WIDE void besideRim(const Coord& origin, float toCoarse, float none, const ContactDistance::Near::Box& rims,
+                          const float* distance, const GrownBlock& grown, BlockMask& out) {
+    // Close to the rim an interpolated time may be off by much.
+    const float near = none / toCoarse, far2 = none * none, close2 = none < 1 ? far2 : 1;
+    const auto outside = [](float p, float lower, float upper) {
+        const float below = lower - p, above = p - upper, most = below > above ? below : above;
+        return most > 0 ? most : 0;
+    };
+    const int x = origin[0], y = origin[1], z0 = origin[2];
     for (int row = 0; row < 64; ++row) {
+        const float dx = outside(float(x + (row >> 3)) * toCoarse, rims.lower[0], rims.upper[0]),
+                    dy = outside(float(y + (row & 7)) * toCoarse, rims.lower[1], rims.upper[1]);
+        const float *d = distance + 8 * row, *ways = grown.way + 8 * row, *scale = grown.scale + 8 * row;
         unsigned bits = 0;
         PAVEL_ROLLED
         for (int z = 0; z < 8; ++z) {
-            const int v = 8 * row + z;
-            bits |= unsigned((distance[v] > -kJustInside) & (distance[v] < near) & (grown.scale[v] > 0) &
-                             ((std::abs(grown.way[v]) <= 4 * kBand) | (distance[v] < 0)))
+            const float dz = outside(float(z0 + z) * toCoarse, rims.lower[2], rims.upper[2]), way = std::abs(ways[z]),
+                        reach2 = way <= 2 * kBand ? far2 : close2;
+            bits |= unsigned((d[z] > -kJustInside) & (d[z] < near) & (scale[z] > 0) &
+                             ((way <= 4 * kBand) | (d[z] < 0)) & (dx * dx + dy * dy + dz * dz < reach2))
                     << z;
         }
         out[size_t(row)] = uint8_t(bits);
@@ -119,17 +131,15 @@ void mendNearRim(const Front& front, const Coord& origin, int factor, const floa
     if (rims.empty()) return;
     NearRim q;
     BlockMask asked;
-    besideRim(distance, out, none * float(factor), asked);
-    for (int v = 0; v < 512; ++v) {
-        if (!testMask(asked, v)) continue;
-        const Coord c = origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
-        const Vec3f p{float(c[0]) * toCoarse, float(c[1]) * toCoarse, float(c[2]) * toCoarse};
-        // Close to the rim an interpolated time may be off by much.
-        const float reach = std::abs(out.way[v]) <= 2 * kBand ? none : std::min(none, 1.f);
-        if (rims.toBox2(p) >= reach * reach) continue;
-        q.x[q.count] = p[0], q.y[q.count] = p[1], q.z[q.count] = p[2];
-        q.voxel[q.count] = v, q.phi[q.count++] = distance[v] * toCoarse;
-    }
+    besideRim(origin, toCoarse, none, rims.box(), distance, out, asked);
+    for (int row = 0; row < 64; ++row)
+        for (unsigned bits = asked[size_t(row)]; bits; bits &= bits - 1) {
+            const int z = __builtin_ctz(bits), v = 8 * row + z;
+            q.x[q.count] = float(origin[0] + (row >> 3)) * toCoarse;
+            q.y[q.count] = float(origin[1] + (row & 7)) * toCoarse;
+            q.z[q.count] = float(origin[2] + z) * toCoarse;
+            q.voxel[q.count] = v, q.phi[q.count++] = distance[v] * toCoarse;
+        }
     if (q.count == 0) return;
     rims.nearest(q);
     const double trusted = double(toCoarse);

@@ -1,5 +1,6 @@
 #pragma once
 // Large arrays that live shortly.
+#include <memory>
 #include <vector>
 
 namespace pavel {
@@ -31,6 +32,29 @@ class Scratch {
         return of;
     }
     std::vector<float> values_;
+};
+
+/// Objects of one type that come and go by the thousand: a thread keeps those that go for those to come.
+template <class T>
+class Spares {
+  public:
+    /// One that may hold anything, or a new one.
+    static std::unique_ptr<T> take() {
+        if (kept().empty()) return std::unique_ptr<T>(new T);
+        std::unique_ptr<T> one = std::move(kept().back());
+        kept().pop_back();
+        return one;
+    }
+    static void keep(std::unique_ptr<T> one) {
+        constexpr size_t kMost = 2048;
+        if (one && kept().size() < kMost) kept().push_back(std::move(one));
+    }
+
+  private:
+    static std::vector<std::unique_ptr<T>>& kept() {
+        static thread_local std::vector<std::unique_ptr<T>> of;
+        return of;
+    }
 };
 
 }  // namespace pavel

@@ -3,6 +3,7 @@
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "pavel/core/error.h"
 #include "pavel/vdb/mesh_band.h"
@@ -117,26 +118,27 @@ struct Places {
 /// Trilinear samples. `within`: are all places in the field's box?
 template <int kCount>
 [[gnu::always_inline]] inline void sample(const CanonicalField& f, const Places<kCount>& p, bool within, float* out) {
-    constexpr int kCorner[8] = {0, 1, 9, 10, 81, 82, 90, 91};
-    float u[kCount], v[kCount], w[kCount], c[8][kCount];
-    int ix[kCount], iy[kCount], iz[kCount];
+    constexpr int kPair[4] = {0, 9, 81, 90};  // of corners that follow each other along z
+    float u[kCount], v[kCount], w[kCount], c[4][2 * kCount];
+    int cell[kCount], place[kCount], inField[kCount];
+    const int countX = f.count[0], countY = f.count[1], countZ = f.count[2];
     for (int n = 0; n < kCount; ++n) {
-        ix[n] = int(p.x[n]), iy[n] = int(p.y[n]), iz[n] = int(p.z[n]);
-        u[n] = p.x[n] - float(ix[n]), v[n] = p.y[n] - float(iy[n]), w[n] = p.z[n] - float(iz[n]);
+        const float x = p.x[n], y = p.y[n], z = p.z[n];
+        const int ix = int(x), iy = int(y), iz = int(z), bx = ix >> 3, by = iy >> 3, bz = iz >> 3;
+        u[n] = x - float(ix), v[n] = y - float(iy), w[n] = z - float(iz);
+        cell[n] = (bx * countY + by) * countZ + bz;
+        place[n] = (ix & 7) * 81 + (iy & 7) * 9 + (iz & 7);
+        inField[n] = int(x >= 0) & int(y >= 0) & int(z >= 0) & int(bx < countX) & int(by < countY) & int(bz < countZ);
     }
     for (int n = 0; n < kCount; ++n) {
-        const int bx = ix[n] >> 3, by = iy[n] >> 3, bz = iz[n] >> 3;
-        size_t block = 0;
-        if (within ||
-            (p.x[n] >= 0 && p.y[n] >= 0 && p.z[n] >= 0 && bx < f.count[0] && by < f.count[1] && bz < f.count[2]))
-            block = size_t(f.block[size_t((bx * f.count[1] + by) * f.count[2] + bz)]);
-        const float* at =
-            f.values.data() + block * CanonicalField::kCorners + (ix[n] & 7) * 81 + (iy[n] & 7) * 9 + (iz[n] & 7);
-        for (int k = 0; k < 8; ++k) c[k][n] = at[kCorner[k]];
+        const size_t block = within || inField[n] ? size_t(f.block[size_t(cell[n])]) : 0;
+        const float* at = f.values.data() + block * CanonicalField::kCorners + place[n];
+        for (int k = 0; k < 4; ++k) std::memcpy(&c[k][2 * n], at + kPair[k], 2 * sizeof(float));
     }
     for (int n = 0; n < kCount; ++n) {
-        const float a = c[0][n] + (c[1][n] - c[0][n]) * w[n], b = c[2][n] + (c[3][n] - c[2][n]) * w[n],
-                    d = c[4][n] + (c[5][n] - c[4][n]) * w[n], e = c[6][n] + (c[7][n] - c[6][n]) * w[n];
+        const int m = 2 * n;
+        const float a = c[0][m] + (c[0][m + 1] - c[0][m]) * w[n], b = c[1][m] + (c[1][m + 1] - c[1][m]) * w[n],
+                    d = c[2][m] + (c[2][m + 1] - c[2][m]) * w[n], e = c[3][m] + (c[3][m + 1] - c[3][m]) * w[n];
         const float g = a + (b - a) * v[n], h = d + (e - d) * v[n];
         out[n] = g + (h - g) * u[n];
     }
