@@ -36,7 +36,7 @@ struct Quadric {
 Triangulation coarsened(const Surface& surface, size_t count, double spacing, bool faithful) {
     using Edge = OpenMesh::EdgeHandle;
     using Halfedge = Triangulation::Halfedge;
-    Triangulation dense(surface.mesh());
+    Triangulation dense(surface.mesh(), surface.neighbours());
     const Connectivity& m = dense.mesh;
     std::vector<Quadric> quadrics(dense.place.size());
     for (size_t t = 0; t < surface.mesh().triangles.size(); ++t) {

@@ -37,12 +37,47 @@ TriangleMesh manifold(const TriangleMesh& mesh) {
     return splitAtCreases(mesh, 180, source);
 }
 
-Triangulation::Triangulation(const TriangleMesh& from) : place(from.points), vertices(from.points.size()) {
+Triangulation::Triangulation(const TriangleMesh& from) : Triangulation(from, triangleNeighbours(from)) {}
+
+Triangulation::Triangulation(const TriangleMesh& from, const std::vector<std::array<int, 3>>& neighbours)
+    : place(from.points), vertices(from.points.size()) {
     mesh.reserve(from.points.size(), from.triangles.size() * 3 / 2 + 16, from.triangles.size());
     for (size_t v = 0; v < from.points.size(); ++v) mesh.add_vertex({0, 0, 0});
+    const bool closed = std::all_of(neighbours.begin(), neighbours.end(),
+                                    [](const std::array<int, 3>& n) { return n[0] >= 0 && n[1] >= 0 && n[2] >= 0; });
+    if (closed) {
+        connect(from.triangles, neighbours);
+        return;
+    }
     for (const Triangle& t : from.triangles)
         if (!mesh.add_face(Vertex(t[0]), Vertex(t[1]), Vertex(t[2])).is_valid())
             throw InputError("the mesh is not manifold; repair it first");
+}
+
+/// What add_face makes of a closed surface, without its searches.
+void Triangulation::connect(const std::vector<Triangle>& triangles, const std::vector<std::array<int, 3>>& neighbours) {
+    std::vector<std::array<Halfedge, 3>> sides(triangles.size());
+    for (size_t t = 0; t < triangles.size(); ++t) {
+        for (size_t k = 0; k < 3; ++k) {
+            const size_t other = size_t(neighbours[t][k]);
+            const Vertex from(triangles[t][k]), to(triangles[t][(k + 1) % 3]);
+            if (other > t) {
+                sides[t][k] = mesh.new_edge(from, to);
+            } else {
+                size_t back = 0;  // the other triangle's side, which runs the other way
+                while (triangles[other][(back + 1) % 3] != from.idx() || triangles[other][back] != to.idx())
+                    if (++back == 3) throw InputError("the mesh is not manifold; repair it first");
+                sides[t][k] = mesh.opposite_halfedge_handle(sides[other][back]);
+            }
+            mesh.set_halfedge_handle(from, sides[t][k]);
+        }
+        const auto face = mesh.new_face();
+        mesh.set_halfedge_handle(face, sides[t][2]);
+        for (size_t k = 0; k < 3; ++k) {
+            mesh.set_next_halfedge_handle(sides[t][k], sides[t][(k + 1) % 3]);
+            mesh.set_face_handle(sides[t][k], face);
+        }
+    }
 }
 
 /// Does the boundary run straight on at one of its vertices?
@@ -93,8 +128,7 @@ bool Triangulation::collapse(Halfedge h, double longest, double turn) {
     if (mesh.is_boundary(from) && (!onBoundary || !straightAt(from))) return false;
     // No fin: the two vertices opposite keep three neighbours.
     for (const Halfedge side : {h, back})
-        if (!mesh.is_boundary(side) && !branches(mesh.to_vertex_handle(mesh.next_halfedge_handle(side))))
-            return false;
+        if (!mesh.is_boundary(side) && !branches(mesh.to_vertex_handle(mesh.next_halfedge_handle(side)))) return false;
     const Vec3 &p = at(from), &q = at(to);
     for (auto it = mesh.cvoh_ccwbegin(from); it.is_valid(); ++it) {
         const Vertex a = mesh.to_vertex_handle(*it);

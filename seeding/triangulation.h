@@ -27,6 +27,8 @@ class Triangulation {
 
     Triangulation() = default;
     explicit Triangulation(const TriangleMesh& mesh);
+    /// @param neighbours of its triangles, as triangleNeighbours
+    Triangulation(const TriangleMesh& mesh, const std::vector<std::array<int, 3>>& neighbours);
 
     Connectivity mesh;
     std::vector<Vec3> place;
@@ -41,6 +43,7 @@ class Triangulation {
     bool collapse(Halfedge h, double longest, double turn);
     /// The other diagonal of the two triangles around an edge, where topology allows.
     bool flip(OpenMesh::EdgeHandle e);
+    void connect(const std::vector<Triangle>& triangles, const std::vector<std::array<int, 3>>& neighbours);
     /// What is left, with numbers from 0 on; `kept`: the old numbers of its vertices.
     TriangleMesh compact(std::vector<int>& kept) const;
 };
