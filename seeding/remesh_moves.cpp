@@ -84,6 +84,8 @@ PAVEL_WIDE void leastAngles(const Ring& ring, const Places& p, double* sum) {
     }
 }
 
+}  // namespace
+
 /// Directions in a tangent plane, all around.
 struct Turns {
     int count;
@@ -92,8 +94,6 @@ struct Turns {
         for (int k = 0; k < n; ++k) cosine[k] = std::cos(2 * kPi * k / n), sine[k] = std::sin(2 * kPi * k / n);
     }
 };
-
-}  // namespace
 
 /// Delaunay, or six neighbours, where it is flat; along the crease where it is bent.
 bool Remesher::wantsFlip(Edge e, bool byValence) const {
@@ -196,7 +196,7 @@ bool Remesher::facesOut(Vertex v, const Vec3& p) const {
 }
 
 /// Looks around a vertex, on a crease along it, for where its score is higher.
-template <class Turns, class Scores>
+template <class Scores>
 bool Remesher::improvePlace(Vertex v, std::initializer_list<double> reaches, const Turns& around, Scores scores) {
     static const Turns kAlong(2);
     const size_t i = size_t(v.idx());

@@ -29,6 +29,8 @@ struct Planes {
     int solve(double share, int most, double reach, Vec3& move, Vec3& along) const;
 };
 
+struct Turns;
+
 class Remesher {
   public:
     using Vertex = Triangulation::Vertex;
@@ -58,7 +60,7 @@ class Remesher {
     void flipEdges(bool byValence);
     double sharpestAround(Vertex v, const Vec3& p) const;
     bool facesOut(Vertex v, const Vec3& p) const;
-    template <class Turns, class Scores>
+    template <class Scores>
     bool improvePlace(Vertex v, std::initializer_list<double> reaches, const Turns& around, Scores scores);
     void improveAngles();
     void improveWorst();

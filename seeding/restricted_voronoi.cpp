@@ -19,11 +19,9 @@ RestrictedVoronoi::RestrictedVoronoi(const Surface& surface, std::vector<double>
     owner_.assign(n, -1);
     centre_.resize(n);
     radius_.assign(n, 0);
-    area_.resize(n);
     for (size_t t = 0; t < n; ++t) {
         centre_[t] = (mesh.corner(t, 0) + mesh.corner(t, 1) + mesh.corner(t, 2)) / 3.0;
         for (int k = 0; k < 3; ++k) radius_[t] = std::max(radius_[t], length(mesh.corner(t, k) - centre_[t]));
-        area_[t] = triangleArea(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2));
     }
 }
 
@@ -142,7 +140,8 @@ std::vector<VoronoiCell> RestrictedVoronoi::cells(const std::vector<SurfacePoint
             findCandidates(t, guess, search, found);
             owner_[t] = guess = found[0].second;
             if (found.size() == 1) {
-                appendWhole(mesh, t, centre_[t], area_[t], density_[t], guess, seeds[size_t(guess)].position, out);
+                appendWhole(mesh, t, centre_[t], surface_.faceArea(int(t)), density_[t], guess,
+                            seeds[size_t(guess)].position, out);
                 continue;
             }
             candidates.clear();

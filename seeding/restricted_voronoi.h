@@ -50,11 +50,11 @@ class RestrictedVoronoi {
     const Surface& surface_;
     std::vector<double> density_;
     std::vector<Vec3> centre_;
-    std::vector<double> radius_, area_;  // of each triangle, the radius about its centre
-    std::vector<int> owner_;             // the seed nearest to each centre, last time
-    std::vector<Vec3> reference_;        // where the seeds were when their lists were made
-    std::vector<double> reach_;          // of each list: what was nearer is in it
-    std::vector<Near> near_;             // kNear for each seed, nearest first
+    std::vector<double> radius_;   // of each triangle, about its centre
+    std::vector<int> owner_;       // the seed nearest to each centre, last time
+    std::vector<Vec3> reference_;  // where the seeds were when their lists were made
+    std::vector<double> reach_;    // of each list: what was nearer is in it
+    std::vector<Near> near_;       // kNear for each seed, nearest first
 };
 
 }  // namespace pavel

@@ -66,8 +66,7 @@ std::vector<double> densities(const Surface& surface, const SeedingOptions& seed
                          surface.faceNormal(int(t)));
     });
     double mean = 0;
-    for (size_t t = 0; t < d.size(); ++t)
-        mean += d[t] * triangleArea(m.corner(t, 0), m.corner(t, 1), m.corner(t, 2)) / surface.area();
+    for (size_t t = 0; t < d.size(); ++t) mean += d[t] * surface.faceArea(int(t)) / surface.area();
     for (double& x : d) x /= mean;
     return d;
 }

@@ -164,6 +164,7 @@ SeedSet loadSeeds(const Scene& scene, const TriangleMesh& base, const std::vecto
         if (!(offset > 0)) continue;
         const StageTimer timer(context, "seeding");
         const double spacing = meanSpacing(base, kinds, d, scene.sizeVariation), size = meshBounds(base).diagonal();
+        // Some hundred triangles a seed: searching and simplifying them is half of the time.
         inputs[i].offsetSurface = offsetSurface(base, offset, std::max(std::min(offset, spacing) / 2.5, size / 1500));
     }
     return makeSeeds(base, kinds, scene, inputs, context);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "pavel/vdb/grid.h"
+#include "pavel/core/wide.h"
 
 namespace pavel {
 namespace {

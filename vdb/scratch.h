@@ -1,5 +1,5 @@
 #pragma once
-// Large arrays that live shortly.
+// Memory of what lives shortly: large arrays, and many objects of a kind.
 #include <memory>
 #include <vector>
 
