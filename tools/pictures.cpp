@@ -111,7 +111,7 @@ std::vector<MeshObject> seededBase(const Scene& scene, const TriangleMesh& base,
 
 std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds,
                                        const std::vector<PlacedElement>& placed) {
-    constexpr size_t kPictured = 300000, kLeast = 150, kMost = 2000;
+    constexpr size_t kPictured = 2000000, kLeast = 150, kMost = 50000;
     const size_t triangles = std::clamp(kPictured / std::max<size_t>(1, placed.size()), kLeast, kMost);
     std::vector<TriangleMesh> shapes;
     for (const ElementKind& k : kinds) shapes.push_back(simplified(k.mesh, triangles));

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "pavel/vdb/region_builder.h"
 
@@ -140,12 +141,13 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
     constexpr double kClose = 1e-3;
     const size_t n = fronts_.size();
     std::vector<StopShift> shifts(n);
-    std::vector<float> stopTimes(n + 1, std::numeric_limits<float>::infinity());
+    stopTimes_.assign(n + 1, std::numeric_limits<float>::infinity());
+    horizons_.assign(n, kInfinity);
     std::vector<int> open, all;
     for (size_t i = 0; i < n; ++i) {
         if (!fronts_[i]) continue;
         all.push_back(int(i));
-        stopTimes[i + 1] = fronts_[i]->stopTime;
+        stopTimes_[i + 1] = fronts_[i]->stopTime;
     }
     const auto each = [](const std::vector<int>& list, const auto& f) {
         tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k]); });
@@ -168,19 +170,17 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
         for (int i : open) {
             const StopShift& s = shifts[size_t(i)];
             Front& f = *fronts_[size_t(i)];
-            f.stopTime = stopTimes[size_t(i) + 1] = float(f.stopTime + s.later);
+            f.stopTime = stopTimes_[size_t(i) + 1] = float(f.stopTime + s.later);
+            horizons_[size_t(i)] = f.stopTime + kBeyond * (s.reach > 0 ? s.reach : 1 / f.weight);
             moved[size_t(i)] = std::abs(s.later) > still * s.reach;
             goesOn[size_t(i)] = moved[size_t(i)];
         }
         // A front may have run dry by its neighbours' late moves.
         each(open, [&](int i) {
             Front& f = *fronts_[size_t(i)];
-            const StopShift& s = shifts[size_t(i)];
-            const bool dry =
-                s.missing > kClose * targets[size_t(i)] && !f.exhausted && f.frontSpeed() < kStuckShare * f.weight;
+            const bool dry = shifts[size_t(i)].missing > kClose * targets[size_t(i)] && !f.exhausted &&
+                             f.frontSpeed() < kStuckShare * f.weight;
             if (round > 0 && dry) f.exhausted = true;
-            f.marchBeyond(f.stopTime + kBeyond * (s.reach > 0 ? s.reach : 1 / f.weight), kLayersBeyond, stopTimes);
-            f.finish();
         });
         open.clear();
         for (int i : all) {
@@ -188,10 +188,43 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             if (goesOn[size_t(i)] || std::any_of(around.begin(), around.end(), [&](int k) { return moved[size_t(k)]; }))
                 open.push_back(i);
         }
+        catchUp(seenBy(open, builder));
     }
 }
 
+std::vector<int> Growth::seenBy(const std::vector<int>& elements, const RegionBuilder& builder) const {
+    std::vector<std::vector<int>> rivals(elements.size());
+    tbb::parallel_for(size_t(0), elements.size(), [&](size_t k) { rivals[k] = builder.rivalsOf(elements[k]); });
+    std::vector<char> isSeen(fronts_.size(), 0);
+    for (size_t k = 0; k < elements.size(); ++k) {
+        isSeen[size_t(elements[k])] = 1;
+        for (int j : rivals[k]) isSeen[size_t(j)] = 1;
+    }
+    std::vector<int> seen;
+    for (size_t i = 0; i < isSeen.size(); ++i)
+        if (isSeen[i]) seen.push_back(int(i));
+    return seen;
+}
+
+void Growth::catchUp(const std::vector<int>& elements) {
+    tbb::parallel_for(size_t(0), elements.size(), [&](size_t k) {
+        const size_t i = size_t(elements[k]);
+        double& horizon = horizons_[i];
+        if (!fronts_[i] || horizon == kInfinity) return;
+        fronts_[i]->marchBeyond(horizon, kLayersBeyond, stopTimes_);
+        fronts_[i]->finish();
+        horizon = kInfinity;
+    });
+}
+
+void Growth::catchUp() {
+    std::vector<int> all(fronts_.size());
+    std::iota(all.begin(), all.end(), 0);
+    catchUp(all);
+}
+
 void Growth::lookBeyond() {
+    catchUp();
     tbb::parallel_for(size_t(0), fronts_.size(), [&](size_t i) {
         if (fronts_[i]) fronts_[i]->lookBeyond();
     });

@@ -8,6 +8,8 @@
 
 namespace pavel {
 
+class RegionBuilder;  // region_builder.h
+
 struct Material {
     double a = 0.1, b = 0.3;  ///< shares of the element's size
 };
@@ -29,7 +31,8 @@ class Growth {
     /// from many threads, for one element from one at a time.
     using UseRegion = std::function<void(int element, Region& region, double later)>;
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels. Goes on until no
-    /// front moves by more than `still` voxels, or its neighbours hinder it. `close`: as solveShift's.
+    /// front moves by more than `still` voxels, or its neighbours hinder it. `close`: as solveShift's. Fronts that no
+    /// element left to solve sees are not marched on to their last stop times: see catchUp.
     void solveStopTimes(const std::vector<double>& targets, double still, double close, const RunContext& context,
                         const UseRegion& use = {});
 
@@ -37,7 +40,9 @@ class Growth {
     const Front* front(int i) const { return fronts_[size_t(i)].get(); }
     const std::vector<std::unique_ptr<Front>>& fronts() const { return fronts_; }
     size_t grownVoxels() const;
-    /// Front::lookBeyond for all; call before the clock is freed.
+    /// Marches all fronts on to their last stop times; for who builds regions after solveStopTimes.
+    void catchUp();
+    /// The same, and Front::lookBeyond for all; call before the clock is freed.
     void lookBeyond();
     /// Frees the shared clock and the fronts' queues: no more marching after this.
     void dropClaims() {
@@ -49,10 +54,16 @@ class Growth {
     void drop(int i) { fronts_[size_t(i)].reset(); }
 
   private:
+    /// Elements, and those whose fronts their regions ask for.
+    std::vector<int> seenBy(const std::vector<int>& elements, const RegionBuilder& builder) const;
+    void catchUp(const std::vector<int>& elements);
+
     const std::vector<WorkElement>& elements_;
     const openvdb::FloatTree* base_;
     ClaimMap claims_;
     std::vector<std::unique_ptr<Front>> fronts_;
+    std::vector<float> stopTimes_;  // by id
+    std::vector<double> horizons_;  // how far a front is to go on; infinite where it has
 };
 
 /// How much later the front of a region must stop for a volume (voxels); negative: earlier. At most the time in which

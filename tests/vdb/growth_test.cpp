@@ -54,6 +54,7 @@ Pair grownPair(double distance, Material material) {
     RunContext context;
     p.growth->march(context);
     p.growth->solveStopTimes({p.elements[0].placedVolume, p.elements[1].placedVolume}, 0.02, 1e-3, context);
+    p.growth->catchUp();
     const RegionBuilder builder(p.elements, nullptr, p.growth->fronts());
     for (int i = 0; i < 2; ++i) p.packed.push_back(redistanced(builder.build(i)).compact().tree());
     return p;
@@ -181,6 +182,7 @@ TEST(Growth, WindowsDoNotChangeWhoGetsWhat) {
         std::vector<double> targets;
         for (const WorkElement& e : elements) targets.push_back(e.targetVolume);
         growth.solveStopTimes(targets, 0.02, 1e-3, context);
+        growth.catchUp();
         grownVoxels = double(growth.grownVoxels());
         const RegionBuilder builder(elements, nullptr, growth.fronts());
         packed.emplace_back();
