@@ -171,7 +171,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             const StopShift& s = shifts[size_t(i)];
             Front& f = *fronts_[size_t(i)];
             f.stopTime = stopTimes_[size_t(i) + 1] = float(f.stopTime + s.later);
-            horizons_[size_t(i)] = f.stopTime + kBeyond * (s.reach > 0 ? s.reach : 1 / f.weight);
+            if (s.later > 0) horizons_[size_t(i)] = f.stopTime + kBeyond / f.weight;
             moved[size_t(i)] = std::abs(s.later) > still * s.reach;
             goesOn[size_t(i)] = moved[size_t(i)];
         }
