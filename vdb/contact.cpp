@@ -35,13 +35,15 @@ Sample sampleWithGradient(const Reader& reader, const Vec3& p) {
              mix(mix(c[1] - c[0], c[3] - c[2], v), mix(c[5] - c[4], c[7] - c[6], v), u)}};
 }
 
-/// Newton's method for the curve a = b = 0, smallest steps first found. False where it does not settle near its start.
+/// Newton's method for the curve a = b = 0, smallest steps first found; the gradients there. False where it does not
+/// settle near its start.
 template <class A, class B>
-bool snapToCurve(const A& a, const B& b, Vec3& p) {
+bool snapToCurve(const A& a, const B& b, Vec3& p, Vec3& ga, Vec3& gb) {
     const Vec3 start = p;
     for (int it = 0; it < 6; ++it) {
-        const auto [va, ga] = a(p);
-        const auto [vb, gb] = b(p);
+        const Sample atA = a(p), atB = b(p);
+        const double va = atA.value, vb = atB.value;
+        ga = atA.gradient, gb = atB.gradient;
         if (std::abs(va) < 0.02 && std::abs(vb) < 0.02) return length(p - start) < 2;
         const double aa = dot(ga, ga), ab = dot(ga, gb), bb = dot(gb, gb), det = aa * bb - ab * ab;
         if (det < 0.02) return false;  // the surfaces touch without crossing
@@ -199,11 +201,12 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
             for (int v = 0; v < 512; ++v) {
                 if (!testMask(mask, v)) continue;
                 Vec3 p = centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
-                if (!snapToCurve(taken, onSurface, p)) continue;
+                Vec3 slope, normal;
+                if (!snapToCurve(taken, onSurface, p, slope, normal)) continue;
                 const bool covered = (self >= 0 && base && sampleAt(solid, p) < -0.3) ||
                                      std::any_of(cutters.begin(), cutters.end(),
                                                  [&](const Cutter& c) { return c.index != self && c.covers(p); });
-                if (!covered) points.push_back({Vec3f(p), awayFrom(taken(p).gradient, onSurface(p).gradient)});
+                if (!covered) points.push_back({Vec3f(p), awayFrom(slope, normal)});
             }
         }
         return thinned(std::move(points));

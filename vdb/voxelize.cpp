@@ -247,22 +247,34 @@ Placement::Placement(const CanonicalField& field, const Frame& indexFromElement)
     dx_ = toFloat(step(0)), dy_ = toFloat(step(1)), dz_ = toFloat(step(2));
 }
 
+Vec3f Placement::startOf(const Coord& origin) const {
+    return toFloat(frame_.applyInverse(centreOf(origin)) / field_.voxelSize - centreOf(field_.lower));
+}
+
+void Placement::samplePart(const Vec3f& start, int part, float* values) const {
+    const Vec3f at = start + dx_ * float(part & 4) + dy_ * float(part << 1 & 4) + dz_ * float(part << 2 & 4);
+    pavel::samplePart(field_, at, dx_, dy_, dz_, values + firstOf(part));
+}
+
 Placement::Side Placement::sample(const Coord& origin, float* values) const {
-    const Vec3f start = toFloat(frame_.applyInverse(centreOf(origin)) / field_.voxelSize - centreOf(field_.lower));
+    const Vec3f start = startOf(origin);
     float middles[8];
     sampleMiddles(field_, start, dx_, dy_, dz_, middles);
     // One value tells of most corners that the band does not come near them.
     const auto isFar = [&](float d) { return std::abs(d * scale_) >= float(kBand + kPartRadius); };
     if (std::all_of(middles, middles + 8, isFar)) return middles[0] < 0 ? kInside : kOutside;
     for (int part = 0; part < 8; ++part) {
-        const int x = part & 4, y = part << 1 & 4, z = part << 2 & 4;
-        float* corner = values + x * 64 + y * 8 + z;
         if (isFar(middles[part]))
-            for (int row = 0; row < 16; ++row) std::fill_n(corner + 64 * (row >> 2) + 8 * (row & 3), 4, middles[part]);
+            for (int row = 0; row < 16; ++row) std::fill_n(values + voxelOf(part, 4 * row), 4, middles[part]);
         else
-            samplePart(field_, start + dx_ * float(x) + dy_ * float(y) + dz_ * float(z), dx_, dy_, dz_, corner);
+            samplePart(start, part, values);
     }
     return scaledToBand(scale_, values) ? kNear : values[0] < 0 ? kInside : kOutside;
+}
+
+void Placement::sampleDeep(const Coord& origin, int part, float* values) const {
+    samplePart(startOf(origin), part, values);
+    for (int k = 0; k < 64; ++k) values[voxelOf(part, k)] *= scale_;
 }
 
 WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement) {

@@ -37,8 +37,16 @@ class Placement {
     Placement(const CanonicalField& field, const Frame& indexFromElement);
     /// Distances of a leaf's voxels in half width kBand, or the side on which all of it lies.
     Side sample(const Coord& origin, float* values) const;
+    /// Distances of one of a leaf's eight corners of 4^3 voxels as far as the field tells them, into the leaf's values.
+    void sampleDeep(const Coord& origin, int part, float* values) const;
+    /// The k-th voxel of such a corner in its leaf; both x slowest.
+    static constexpr int voxelOf(int part, int k) { return firstOf(part) + 64 * (k >> 4) + 8 * (k >> 2 & 3) + (k & 3); }
 
   private:
+    static constexpr int firstOf(int part) { return 64 * (part & 4) + 8 * (part << 1 & 4) + (part << 2 & 4); }
+    Vec3f startOf(const Coord& origin) const;
+    void samplePart(const Vec3f& start, int part, float* values) const;
+
     const CanonicalField& field_;
     Frame frame_;
     Vec3f dx_, dy_, dz_;  // a voxel's way along each axis, in canonical voxels
