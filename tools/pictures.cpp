@@ -111,10 +111,17 @@ std::vector<MeshObject> seededBase(const Scene& scene, const TriangleMesh& base,
 
 std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds,
                                        const std::vector<PlacedElement>& placed) {
-    constexpr size_t kPictured = 2000000, kLeast = 150, kMost = 50000;
+    // Whole where that is no more than a packed result has: a simplified shape's normals are means over long thin
+    // triangles, seen where it is not round.
+    constexpr size_t kWhole = 3000000, kPictured = 300000, kLeast = 150, kMost = 2000;
     const size_t triangles = std::clamp(kPictured / std::max<size_t>(1, placed.size()), kLeast, kMost);
+    std::vector<size_t> count(kinds.size());
+    for (const PlacedElement& p : placed) ++count[size_t(p.kind)];
     std::vector<TriangleMesh> shapes;
-    for (const ElementKind& k : kinds) shapes.push_back(simplified(k.mesh, triangles));
+    for (size_t k = 0; k < kinds.size(); ++k) {
+        const TriangleMesh& shape = kinds[k].mesh;
+        shapes.push_back(shape.triangles.size() * count[k] <= kWhole ? shape : simplified(shape, triangles));
+    }
     std::vector<MeshObject> objects;
     for (const PlacedElement& p : placed) {
         const ElementKind& kind = kinds[size_t(p.kind)];
