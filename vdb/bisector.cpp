@@ -88,19 +88,19 @@ void Bisector::over(const Coord& origin, int factor, const float* own, const flo
         frame.origin *= factor, frame.scale *= factor;
         return Placement(*e.deep, frame);
     };
-    const Placement low = onThisGrid(*lo_), high = onThisGrid(*hi_);
-    const float lowShare = float(sign_ * lowStiffness_ / (lowStiffness_ + highStiffness_)),
-                highShare = float(sign_ * highStiffness_ / (lowStiffness_ + highStiffness_));
-    float lows[512], highs[512];
+    const bool ownIsLow = sign_ > 0;
+    const Placement ownDeep = onThisGrid(ownIsLow ? *lo_ : *hi_), otherDeep = onThisGrid(ownIsLow ? *hi_ : *lo_);
+    const float ownShare = float(shareOfOwn()), otherShare = float(shareOfOther());
+    float owns[512], others[512];
     for (int part = 0; part < 8; ++part) {
         bool asked = false;
         for (int k = 0; k < 64; ++k) {
             const int v = Placement::voxelOf(part, k);
             const bool told = (own[v] > -kBand || out[v] <= -kSure) && (other[v] > -kBand || out[v] >= kSure);
             if (told || !mayBeHere(v)) continue;
-            if (!asked) low.sampleDeep(origin, part, lows), high.sampleDeep(origin, part, highs);
+            if (!asked) ownDeep.sampleDeep(origin, part, owns), otherDeep.sampleDeep(origin, part, others);
             asked = true;
-            out[v] = lowShare * lows[v] - highShare * highs[v];
+            out[v] = ownShare * owns[v] - otherShare * others[v];
         }
     }
 }

@@ -22,7 +22,11 @@ constexpr int kLayersBeyond = 2;
 
 Growth::Growth(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base,
                const std::vector<Material>& materials)
-    : elements_(elements), base_(base), claims_(elements, base), fronts_(elements.size()) {
+    : elements_(elements),
+      base_(base),
+      claims_(elements, base),
+      fronts_(elements.size()),
+      horizons_(elements.size(), kInfinity) {
     double most = 0;
     for (const WorkElement& e : elements)
         if (e.bodyVoxels && !std::isinf(e.stiffness)) most = std::max(most, e.lost() / e.placedVolume);
@@ -142,7 +146,6 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
     const size_t n = fronts_.size();
     std::vector<StopShift> shifts(n);
     stopTimes_.assign(n + 1, std::numeric_limits<float>::infinity());
-    horizons_.assign(n, kInfinity);
     std::vector<int> open, all;
     for (size_t i = 0; i < n; ++i) {
         if (!fronts_[i]) continue;
@@ -171,6 +174,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             const StopShift& s = shifts[size_t(i)];
             Front& f = *fronts_[size_t(i)];
             f.stopTime = stopTimes_[size_t(i) + 1] = float(f.stopTime + s.later);
+            // As far beyond as before this move; after one backwards, all that is known already.
             if (s.later > 0) horizons_[size_t(i)] = f.stopTime + kBeyond / f.weight;
             moved[size_t(i)] = std::abs(s.later) > still * s.reach;
             goesOn[size_t(i)] = moved[size_t(i)];
