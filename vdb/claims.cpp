@@ -2,6 +2,24 @@
 
 namespace pavel {
 
+ClaimBlock::~ClaimBlock() {
+    for (auto& cell : cells_) delete cell.load(std::memory_order_relaxed);
+}
+
+void ClaimBlock::enter(int v, Claim mine) {
+    std::atomic<Cell*>& there = cells_[cellOf(v)];
+    Cell* cell = there.load(std::memory_order_acquire);
+    if (!cell) {
+        auto made = std::make_unique<Cell>();
+        for (auto& claim : made->claims) claim.store(kFree, std::memory_order_relaxed);
+        if (there.compare_exchange_strong(cell, made.get(), std::memory_order_acq_rel)) cell = made.release();
+    }
+    std::atomic<Claim>& claim = cell->claims[inCell(v)];
+    Claim held = claim.load(std::memory_order_relaxed);
+    while (mine < held && !claim.compare_exchange_weak(held, mine, std::memory_order_relaxed)) {
+    }
+}
+
 ClaimMap::ClaimMap(const std::vector<WorkElement>& elements, const openvdb::FloatTree* base)
     : elements_(elements), base_(base), index_(boxesOf(elements)) {}
 
@@ -24,25 +42,21 @@ ClaimBlock* ClaimMap::block(const Coord& origin) {
 }
 
 std::unique_ptr<ClaimBlock> ClaimMap::make(const Coord& origin) const {
-    Claim claims[512];
-    std::fill(claims, claims + 512, kFree);
+    VoxelMask bodies;
     for (int i : index_.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
-        const WorkElement& e = elements_[size_t(i)];
-        const auto* leaf = e.body->probeConstLeaf(origin);
-        if (!leaf && !e.body->getValue(origin)) continue;
-        for (openvdb::Index v = 0; v < 512; ++v)
-            if (!leaf || leaf->isValueOn(v)) claims[v] = std::min(claims[v], makeClaim(0, e.id));
+        const BodyTree& body = *elements_[size_t(i)].body;
+        if (const auto* leaf = body.probeConstLeaf(origin))
+            bodies |= leaf->getValueMask();
+        else if (body.getValue(origin))
+            bodies.setOn();
     }
     if (base_) {
-        const auto* leaf = base_->probeConstLeaf(origin);
-        const float* values = leaf ? leaf->buffer().data() : nullptr;
-        if (leaf || base_->getValue(origin) < 0)
-            for (int v = 0; v < 512; ++v)
-                if (!values || values[v] < 0) claims[v] = makeClaim(0, 0);
+        if (const auto* leaf = base_->probeConstLeaf(origin))
+            bodies |= nodeMask(negativeMask(leaf->buffer().data()));
+        else if (base_->getValue(origin) < 0)
+            bodies.setOn();
     }
-    auto block = std::make_unique<ClaimBlock>();
-    for (size_t v = 0; v < 512; ++v) block->claims[v].store(claims[v], std::memory_order_relaxed);
-    return block;
+    return std::make_unique<ClaimBlock>(bodies);
 }
 
 }  // namespace pavel

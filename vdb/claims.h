@@ -7,10 +7,12 @@
 #include <limits>
 
 #include "pavel/vdb/element_index.h"
+#include "pavel/vdb/leaf_tables.h"
+#include "pavel/vdb/voxel_mask.h"
 
 namespace pavel {
 
-/// A claim orders by arrival time, ties by element id. Time 0 marks a body; id 0 the base.
+/// A claim orders by arrival time, ties by element id. Time 0 marks the body of an element or the base.
 using Claim = uint64_t;
 constexpr Claim kFree = std::numeric_limits<Claim>::max();
 inline Claim makeClaim(float time, int id) {
@@ -28,8 +30,32 @@ inline float claimTime(Claim c) {
     return t;
 }
 
-struct ClaimBlock {
-    std::atomic<Claim> claims[512];
+/// The claims of a leaf-sized block. Most of its voxels are never claimed: room is made by cells of 4^3 voxels.
+class ClaimBlock {
+  public:
+    /// @param bodies voxels of elements as placed and of the base
+    explicit ClaimBlock(const VoxelMask& bodies) : bodies_(bodies) {}
+    ~ClaimBlock();
+    Claim at(int v) const {
+        if (bodies_.isOn(openvdb::Index(v))) return makeClaim(0, 0);
+        const Cell* cell = cells_[cellOf(v)].load(std::memory_order_acquire);
+        return cell ? cell->claims[inCell(v)].load(std::memory_order_relaxed) : kFree;
+    }
+    /// Enters a claim unless there is an earlier one. The outcome of many does not depend on their order.
+    void enter(int v, Claim mine);
+    /// Gives back what somebody holds.
+    void free(int v) {
+        cells_[cellOf(v)].load(std::memory_order_relaxed)->claims[inCell(v)].store(kFree, std::memory_order_relaxed);
+    }
+
+  private:
+    struct Cell {
+        std::atomic<Claim> claims[64];
+    };
+    static int cellOf(int v) { return kLeafTables.place[v] >> 6; }
+    static int inCell(int v) { return kLeafTables.place[v] & 63; }
+    VoxelMask bodies_;
+    std::atomic<Cell*> cells_[8] = {};  // null until a voxel there is claimed
 };
 
 /// Sparse map of claims, made where a front asks for it: the bodies and the base are entered then.

@@ -167,7 +167,7 @@ void Front::start() {
         for (auto at = beside.beginOn(); at; ++at) {
             const int v = int(at.pos());
             if (!claims) claims = claims_.block(leaf->origin());
-            if (claims->claims[v].load(std::memory_order_relaxed) == kFree) enter(*make(leaf->origin()), v);
+            if (claims->at(v) == kFree) enter(*make(leaf->origin()), v);
         }
     }
 }
@@ -207,7 +207,7 @@ Front::Upwind Front::upwind(GrowthBlock* block, int v) {
 }
 
 bool Front::heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const {
-    const Claim c = block->claims->claims[v].load(std::memory_order_relaxed);
+    const Claim c = block->claims->at(v);
     if (c == kFree || claimOwner(c) == element.id) return false;
     if (claimTime(c) == 0) return true;  // a body
     if (claimTime(c) > stopTimes[size_t(claimOwner(c))]) return false;
@@ -271,7 +271,7 @@ void Front::pushBeside(GrowthBlock* block, int v, const std::vector<float>& stop
             if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
         } else if (heldByOther(other, n, float(t), stopTimes)) {
             // Along a face the way there runs through ghosts. It may not come out earlier than the holder's, though.
-            const float held = claimTime(other->claims->claims[n].load(std::memory_order_relaxed));
+            const float held = claimTime(other->claims->at(n));
             t = std::max(arrival(times.any, speed), double(std::nextafter(held, kNever)));
         }
         if (t >= kNever) continue;
@@ -356,13 +356,8 @@ void Front::marchBeyond(double horizon, int layers, const std::vector<float>& st
 }
 
 void Front::commit() {
-    for (const Arrival& c : claimed_) {
-        std::atomic<Claim>& slot = blocks[c.voxel() / 512].claims->claims[c.voxel() % 512];
-        const Claim mine = makeClaim(c.time(), element.id);
-        Claim held = slot.load(std::memory_order_relaxed);
-        while (mine < held && !slot.compare_exchange_weak(held, mine, std::memory_order_relaxed)) {
-        }
-    }
+    for (const Arrival& c : claimed_)
+        blocks[c.voxel() / 512].claims->enter(int(c.voxel() % 512), makeClaim(c.time(), element.id));
 }
 
 void Front::settle() {
@@ -371,7 +366,7 @@ void Front::settle() {
     for (const Arrival& c : claimed_) {
         GrowthBlock& block = blocks[c.voxel() / 512];
         const int v = int(c.voxel() % 512);
-        if (block.claims->claims[v].load(std::memory_order_relaxed) == makeClaim(c.time(), element.id))
+        if (block.claims->at(v) == makeClaim(c.time(), element.id))
             claimed_[kept++] = c;
         else
             touch(block, v).state[GrowthBlock::inCell(v)] = kGhost;
@@ -392,8 +387,7 @@ void Front::settle() {
 
 void Front::release() {
     for (const Arrival& c : claimed_)
-        if (c.time() > stopTime)
-            blocks[c.voxel() / 512].claims->claims[c.voxel() % 512].store(kFree, std::memory_order_relaxed);
+        if (c.time() > stopTime) blocks[c.voxel() / 512].claims->free(int(c.voxel() % 512));
 }
 
 double Front::nextArrival() const {
@@ -421,9 +415,7 @@ bool Front::widen() {
     for (GrowthBlock& block : blocks)
         block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
             if (block.untouched(v) == kBody) return;
-            std::atomic<Claim>& slot = block.claims->claims[v];
-            if (claimOwner(slot.load(std::memory_order_relaxed)) == element.id)
-                slot.store(kFree, std::memory_order_relaxed);
+            if (claimOwner(block.claims->at(v)) == element.id) block.claims->free(v);
             cell.state[i] = kFar;
             cell.time[i] = kNever;
         });
