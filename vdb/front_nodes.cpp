@@ -14,6 +14,7 @@ struct FrontBlock {
     float phi[512], way[512], scale[512];
     float speed[512];    ///< -1 where it is not known
     uint8_t flags[512];  ///< kTimed, kNearRim
+    bool anyTimed = false;
 
     FrontBlock(const Front& front, const GrowthBlock& block) {
         if (block.placed)
@@ -33,6 +34,7 @@ struct FrontBlock {
                 const bool timed = cell.time[i] < GrowthBlock::kNever,
                            asked = (cell.contact[i] >= 0) & (cell.state[i] != kInner);
                 const int v = GrowthBlock::voxelOf(c, i);
+                anyTimed |= timed;
                 way[v] = timed ? std::min(kFar, read.way[i]) : read.phi[i];
                 scale[v] = timed ? read.scale[i] : 0;
                 speed[v] = timed | !asked ? -1 : read.scale[i];
@@ -48,23 +50,29 @@ class Nodes {
   public:
     static constexpr int kBefore = 3, kSide = 15, kRow = 16, kSlab = kSide * kRow, kCount = kSide * kSlab;
 
-    /// @param blocks of the front, by number
-    Nodes(const Front& front, const std::vector<FrontBlock>& blocks, const Coord& block) {
+    /// @param blocks of the front, by number; null where it touched nothing
+    /// False where it comes nowhere near.
+    bool load(const Front& front, const std::vector<const FrontBlock*>& blocks, const Coord& block) {
         struct Source {
             const FrontBlock* front = nullptr;  // or else
             const float* phi = nullptr;         // or else
             float tile = 0;
         } sources[27];
         const WorkTree& placed = *front.element.placed;
+        bool anyTimed = false;
         for (int part = 0; part < 27; ++part) {
             const Coord at = block.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8);
-            if (const GrowthBlock* grown = front.probe(at))
-                sources[part].front = &blocks[size_t(grown->number)];
-            else if (const WorkLeaf* leaf = placed.probeConstLeaf(at))
+            const GrowthBlock* grown = front.probe(at);
+            if (grown && blocks[size_t(grown->number)]) {
+                sources[part].front = blocks[size_t(grown->number)];
+                anyTimed |= sources[part].front->anyTimed;
+            } else if (const WorkLeaf* leaf = placed.probeConstLeaf(at)) {
                 sources[part].phi = leaf->buffer().data();
-            else
+            } else {
                 sources[part].tile = placed.getValue(at);
+            }
         }
+        if (!anyTimed) return false;
         forEachRowAround<kBefore, kSide - 8 - kBefore, kRow>([&](int part, int row, int at, auto n) {
             const auto& [grown, phi, tile] = sources[part];
             const auto copy = [&](const auto* from, auto* to) {
@@ -93,11 +101,11 @@ class Nodes {
                     all[z] = uint8_t(all[z] | flags_[i]);
                     least[z] = way_[i] < least[z] ? way_[i] : least[z];
                 }
-        any_ = std::any_of(all, all + kSide, [](uint8_t f) { return f & kTimed; });
         least_ = *std::min_element(least, least + kSide);
+        return std::any_of(all, all + kSide, [](uint8_t f) { return f & kTimed; });
     }
     /// Is there anything of the front within the band, in coarse voxels?
-    bool within(float band) const { return any_ && least_ <= band; }
+    bool within(float band) const { return least_ <= band; }
 
     void continueTimes();
     std::unique_ptr<FrontNodes> inner() const {
@@ -122,7 +130,6 @@ class Nodes {
 
     float phi_[kCount], way_[kCount], scale_[kCount], speed_[kCount];
     uint8_t flags_[kCount];
-    bool any_;
     float least_;
 };
 
@@ -184,14 +191,17 @@ FrontNodes::Window FrontNodes::window(const FineSpan& sx, const FineSpan& sy, co
 }
 
 std::vector<std::unique_ptr<FrontNodes>> nodesOf(const Front& front, float reach) {
-    static thread_local std::vector<FrontBlock> blocks;  // scratch
-    blocks.clear();
-    blocks.reserve(front.blocks.size());
-    for (const GrowthBlock& grown : front.blocks) blocks.emplace_back(front, grown);
+    static thread_local std::vector<FrontBlock> touched;  // scratch
+    touched.clear();
+    touched.reserve(front.blocks.size());
+    std::vector<const FrontBlock*> blocks(front.blocks.size());
+    for (const GrowthBlock& grown : front.blocks)
+        if (std::any_of(grown.cells, grown.cells + 8, [](const GrowthCell* cell) { return cell; }))
+            blocks[size_t(grown.number)] = &touched.emplace_back(front, grown);
     std::vector<std::unique_ptr<FrontNodes>> all(blocks.size());
+    Nodes nodes;
     for (const GrowthBlock& grown : front.blocks) {
-        Nodes nodes(front, blocks, grown.origin);
-        if (!nodes.within(reach)) continue;
+        if (!nodes.load(front, blocks, grown.origin) || !nodes.within(reach)) continue;
         nodes.continueTimes();
         all[size_t(grown.number)] = nodes.inner();
     }
