@@ -128,9 +128,9 @@ class Nodes {
   private:
     static constexpr int index(int x, int y, int z) { return x * kSlab + y * kRow + z; }
 
-    float phi_[kCount], way_[kCount], scale_[kCount], speed_[kCount];
-    uint8_t flags_[kCount];
-    float least_;
+    float phi_[kCount] = {}, way_[kCount] = {}, scale_[kCount] = {}, speed_[kCount] = {};
+    uint8_t flags_[kCount] = {};
+    float least_ = 0;
 };
 
 /// Gives the nodes beside those that the front reached times as if it had gone on, two layers of them: an interpolation
@@ -147,8 +147,10 @@ PAVEL_WIDE void continueTimes(const float* phi, const float* speed, float* way, 
         }
         for (int x = 1; x < n - 1; ++x)
             for (int y = 1; y < n - 1; ++y) {
+                // Whole rows, which fill the registers; what lies outside is not taken over.
                 const int row = x * kSlab + y * kRow;
-                for (int i = row + 1; i < row + n - 1; ++i) {
+                PAVEL_ROLLED
+                for (int i = row; i < row + kRow; ++i) {
                     float lead = 0, beside = 0, known = 0;
                     for (const int side : kSides) {
                         lead += ahead[i + side];

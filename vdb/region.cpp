@@ -5,19 +5,34 @@
 namespace pavel {
 namespace {
 
-PAVEL_WIDE void frontArea(const float* own, const float* clip, const float* slope, double& voxels, double& slopes) {
+/// Of a block: the free front, and what is inside.
+PAVEL_WIDE void survey(const float* own, const float* clip, const float* slope, Region::FrontArea& front,
+                       BlockMask& inside) {
     constexpr int kLanes = 16;
-    float count[kLanes] = {}, sum[kLanes] = {};
+    // One condition at a time, and sums apart: the compiler would not vectorise them together.
+    float atFront[512];
+    int count = 0, moving = 0;
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float moves = slope[v] > 0 ? slope[v] : 0, near = std::abs(own[v]) < 0.5f ? moves : 0,
+                    free = clip[v] <= own[v] ? near : 0;
+        atFront[v] = free;
+        count += int(free > 0);
+        moving += int(moves > 0);
+    }
+    float sum[kLanes] = {};
     for (int v = 0; v < 512; v += kLanes) {
         PAVEL_ROLLED
-        for (int k = 0; k < kLanes; ++k) {
-            const float o = own[v + k], s = slope[v + k];
-            const bool atFront = (s > 0) & (std::abs(o) < 0.5f) & (clip[v + k] <= o);
-            count[k] += atFront ? 1.f : 0.f;
-            sum[k] += atFront ? s : 0.f;
-        }
+        for (int k = 0; k < kLanes; ++k) sum[k] += atFront[v + k];
     }
-    for (int k = 0; k < kLanes; ++k) voxels += double(count[k]), slopes += double(sum[k]);
+    front = {double(count), 0, moving > 0};
+    for (const float s : sum) front.slopes += double(s);
+    for (size_t row = 0; row < 64; ++row) {
+        unsigned bits = 0;
+        PAVEL_ROLLED
+        for (size_t z = 0; z < 8; ++z) bits |= unsigned((own[8 * row + z] < 0) & (clip[8 * row + z] < 0)) << z;
+        inside[row] = uint8_t(bits);
+    }
 }
 
 /// Values of a front that stops later.
@@ -27,13 +42,6 @@ PAVEL_WIDE void laterValues(const float* own, const float* clip, const float* sl
         const float o = own[v] - later * slope[v];
         out[v] = o > clip[v] ? o : clip[v];
     }
-}
-
-PAVEL_WIDE bool anyPositive(const float* values) {
-    int count = 0;
-    PAVEL_ROLLED
-    for (int v = 0; v < 512; ++v) count += int(values[v] > 0);
-    return count > 0;
 }
 
 PAVEL_WIDE void advanced(float later, const float* slope, float* own) {
@@ -51,11 +59,12 @@ int Region::add(const Coord& origin, const float* own, const float* clip, const 
     own_->insert(own_->end(), own, own + 512);
     clip_->insert(clip_->end(), clip, clip + 512);
     slope_->insert(slope_->end(), slope, slope + 512);
+    survey(own, clip, slope, front_.emplace_back(), inside_.emplace_back());
     return number;
 }
 
 void Region::reserve(size_t blocks) {
-    origins_.reserve(blocks);
+    origins_.reserve(blocks), front_.reserve(blocks), inside_.reserve(blocks);
     for (auto* field : {&own_, &clip_, &slope_}) (*field)->reserve(blocks * 512);
 }
 
@@ -74,10 +83,6 @@ void Region::clear(const Coord& origin) {
 void Region::values(int block, double later, float* out) const {
     const size_t at = size_t(block) * 512;
     laterValues(&(*own_)[at], &(*clip_)[at], &(*slope_)[at], float(later), out);
-}
-
-bool Region::moves(int block) const {
-    return anyPositive(&(*slope_)[size_t(block) * 512]);
 }
 
 Outline::Outline(const Region& region, double later, int factor)
@@ -134,7 +139,7 @@ RegionMeasure::RegionMeasure(const Region& region) : region_(region) {
         region.values(b, 0, &(*values_)[size_t(b) * 512]);
         if (!region.moves(b)) continue;
         moving_.push_back(b);
-        region.addFrontArea(b, frontVoxels_, frontSlopes_);
+        frontVoxels_ += region.front(b).voxels, frontSlopes_ += region.front(b).slopes;
         changes[size_t(b)] = 1;
         for (int n : region.beside(b))
             if (n >= 0) changes[size_t(n)] = 1;
@@ -162,7 +167,9 @@ InsideMeasure RegionMeasure::measure(int block) const {
 }
 
 InsideMeasure RegionMeasure::operator()(double later) {
-    for (int b : moving_) region_.values(b, later, &(*values_)[size_t(b) * 512]);
+    if (later != later_)
+        for (int b : moving_) region_.values(b, later, &(*values_)[size_t(b) * 512]);
+    later_ = later;
     InsideMeasure m = rest_;
     for (int b : beside_) m.add(measure(b));
     return m;
@@ -172,24 +179,13 @@ void Region::advance(double later) {
     for (size_t i = 0; i < own_->size(); i += 512) advanced(float(later), &(*slope_)[i], &(*own_)[i]);
 }
 
-void Region::addFrontArea(int block, double& voxels, double& slopes) const {
-    const size_t at = size_t(block) * 512;
-    frontArea(&(*own_)[at], &(*clip_)[at], &(*slope_)[at], voxels, slopes);
-}
-
 void Region::dropStrays() {
     std::vector<MaskedBlock> blocks;
     BlockMask full;
     full.fill(0xff);
-    float value[512];
     forEachBlock(CoordBBox(numbers_.lower(), numbers_.upper()), [&](const Coord& origin) {
         const int b = at(origin);
-        if (b == kInside) {
-            blocks.push_back({origin, full});
-        } else if (b != kOutside) {
-            values(b, 0, value);
-            blocks.push_back({origin, negativeMask(value)});
-        }
+        if (b != kOutside) blocks.push_back({origin, b == kInside ? full : inside_[size_t(b)]});
     });
     for (const MaskedBlock& m : straysOf(blocks)) {
         const int b = at(m.origin);
@@ -204,6 +200,7 @@ void Region::dropStrays() {
             own = std::max(0.5f, std::abs(std::max(own, (*clip_)[i])));
             (*slope_)[i] = 0;
         }
+        survey(own(b), clip(b), &(*slope_)[size_t(b) * 512], front_[size_t(b)], inside_[size_t(b)]);
     }
 }
 

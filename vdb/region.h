@@ -41,14 +41,18 @@ class Region {
     /// Voxels that do not belong to the largest piece leave the region.
     void dropStrays();
     /// Does the front move in a block?
-    bool moves(int block) const;
+    bool moves(int block) const { return front_[size_t(block)].moves; }
     /// Blocks at the faces -x +x -y +y -z +z, or kOutside, kInside.
     std::array<int, 6> beside(int block) const { return numbers_.beside(origin(block)); }
     uint64_t filledVoxels() const { return filled_; }
-    /// Moves own on to the later stop time.
+    /// Moves own on to the later stop time; what is told of the front stays that of before.
     void advance(double later);
-    /// Voxels of the free front in a block and the sum of their slopes: dV/dT.
-    void addFrontArea(int block, double& voxels, double& slopes) const;
+    /// Of the free front in a block.
+    struct FrontArea {
+        double voxels = 0, slopes = 0;  ///< how many, and the sum of their slopes: dV/dT
+        bool moves = false;             ///< anywhere in the block, beside the surface or not
+    };
+    const FrontArea& front(int block) const { return front_[size_t(block)]; }
     /// The 512 values of a block, max(own, clip), for a front that stops later.
     void values(int block, double later, float* out) const;
 
@@ -56,6 +60,8 @@ class Region {
     BlockNumbers numbers_;
     std::vector<Coord> origins_;
     Scratch own_, clip_, slope_;
+    std::vector<FrontArea> front_;   // by block, as is
+    std::vector<BlockMask> inside_;  // what is negative
     uint64_t filled_ = 0;
 };
 
@@ -96,6 +102,7 @@ class RegionMeasure {
     InsideMeasure measure(int block) const;
 
     const Region& region_;
+    double later_ = 0;                  // that values_ are for
     std::vector<int> moving_, beside_;  // blocks with front in them; they and their face neighbours
     Scratch values_;
     InsideMeasure rest_;

@@ -58,6 +58,13 @@ PAVEL_WIDE bool ownValues(const OwnField& a, float* own, float* slope) {
 
 /// The least and the most of max(own, clip), clip kept in the band.
 PAVEL_WIDE std::pair<float, float> clipped(const float* own, float* clip) {
+    float values[512];
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float above = clip[v] > -kBand ? clip[v] : -kBand, kept = above < kBand ? above : kBand;
+        values[v] = own[v] > kept ? own[v] : kept;
+        clip[v] = kept;
+    }
     constexpr int kLanes = 16;
     float least[kLanes], most[kLanes];
     std::fill(least, least + kLanes, kBand);
@@ -65,9 +72,7 @@ PAVEL_WIDE std::pair<float, float> clipped(const float* own, float* clip) {
     for (int v = 0; v < 512; v += kLanes) {
         PAVEL_ROLLED
         for (int k = 0; k < kLanes; ++k) {
-            const float c = clip[v + k], above = c > -kBand ? c : -kBand, kept = above < kBand ? above : kBand,
-                        value = own[v + k] > kept ? own[v + k] : kept;
-            clip[v + k] = kept;
+            const float value = values[v + k];
             least[k] = value < least[k] ? value : least[k];
             most[k] = value > most[k] ? value : most[k];
         }

@@ -182,9 +182,10 @@ PAVEL_WIDE bool scaledToBand(float scale, float* values) {
     int near = 0;
     PAVEL_ROLLED
     for (int v = 0; v < 512; ++v) {
-        const float scaled = values[v] * scale, above = scaled > -kBand ? scaled : -kBand;
-        near += int((above > -kBand) & (above < kBand));
-        values[v] = above < kBand ? above : kBand;
+        const float scaled = values[v] * scale, above = scaled > -kBand ? scaled : -kBand,
+                    kept = above < kBand ? above : kBand;
+        near += int(std::abs(kept) < kBand);  // two conditions would not be vectorised
+        values[v] = kept;
     }
     return near > 0;
 }
