@@ -66,10 +66,6 @@ PAVEL_WIDE void distances(const BandVoxel* voxels, const Foot* feet, const Vec3f
     }
 }
 
-PAVEL_WIDE void makeUnknown(BandVoxel* voxels, float distance2) {
-    for (int v = 0; v < 512; ++v) voxels[v] = {distance2, -1};
-}
-
 PAVEL_WIDE int countInside(const float* own, const float* clip) {
     int negative = 0;
     if (clip) {
@@ -85,6 +81,7 @@ PAVEL_WIDE int countInside(const float* own, const float* clip) {
 }  // namespace
 
 void DistanceWindow::solve() {
+    unknown_.assign(512, {std::max(limit_[0], limit_[1]), -1});
     feet_.clear(), points_.clear();
     layer_.clear();
     for (int x = 1; x + 1 < count_[0]; ++x)
@@ -129,7 +126,7 @@ int DistanceWindow::slotAt(int b) {
     slots_.push_back({b, Vec3f(float(8 * x - 8), float(8 * y - 8), float(8 * z - 8))});
     const size_t first = size_t(slot) * 512;
     if (voxels_.size() < first + 512) voxels_.resize(std::max(first + 512, 2 * voxels_.size()));
-    makeUnknown(&voxels_[first], std::max(limit_[0], limit_[1]));
+    std::copy(unknown_.begin(), unknown_.end(), &voxels_[first]);
     return slot;
 }
 

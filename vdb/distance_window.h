@@ -81,7 +81,8 @@ class DistanceWindow {
     std::vector<signed char> sign_;
     std::vector<int> slot_;  // of each block
     std::vector<Slot> slots_;
-    std::vector<BandVoxel> voxels_;  // of all slots, and of more that windows before this one had
+    std::vector<BandVoxel> voxels_;   // of all slots, and of more that windows before this one had
+    std::vector<BandVoxel> unknown_;  // what a slot begins with: faster copied than filled in
     std::vector<Foot> feet_;
     std::vector<Vec3f> points_;  // of the feet, once more: most of the time goes into reading these
     std::vector<int> layer_, next_;

@@ -9,6 +9,29 @@ constexpr uint8_t kTimed = FrontNodes::kTimed, kNearRim = FrontNodes::kNearRim;
 
 constexpr float kFar = 3;  ///< coarse voxels: what comes later than that would only make an interpolation swing
 
+/// What a front holds in a cell, in the cell's order; as FrontBlock's.
+struct CellNodes {
+    float way[GrowthCell::kCount], scale[GrowthCell::kCount], speed[GrowthCell::kCount];
+    uint8_t flags[GrowthCell::kCount];
+};
+
+/// False where no voxel is timed.
+PAVEL_WIDE bool layOut(const GrowthCell& cell, const Front::CellField& read, CellNodes& out) {
+    int count = 0;
+    for (int i = 0; i < GrowthCell::kCount; ++i) {
+        const bool timed = cell.time[i] < GrowthBlock::kNever;
+        const float contact = cell.state[i] == kInner ? -1 : cell.contact[i], ahead = std::min(kFar, read.way[i]),
+                    known = contact >= 0 ? read.scale[i] : -1;
+        out.way[i] = timed ? ahead : read.phi[i];
+        out.scale[i] = timed ? read.scale[i] : 0;
+        out.speed[i] = timed ? -1 : known;
+        const int atRim = contact < 3 ? kNearRim : 0, nearRim = contact >= 0 ? atRim : 0;
+        out.flags[i] = uint8_t((timed ? kTimed : 0) | nearRim);
+        count += int(timed);
+    }
+    return count > 0;
+}
+
 /// What a front holds in one of its blocks.
 struct FrontBlock {
     float phi[512], way[512], scale[512];
@@ -26,19 +49,15 @@ struct FrontBlock {
         std::fill(speed, speed + 512, -1.f);
         std::fill(flags, flags + 512, uint8_t(0));
         Front::CellField read;
+        CellNodes nodes;
         for (int c = 0; c < 8; ++c) {
             if (!block.cells[c]) continue;
-            const GrowthCell& cell = *block.cells[c];
             front.read(block, c, read);
-            for (int i = 0; i < GrowthCell::kCount; ++i) {
-                const bool timed = cell.time[i] < GrowthBlock::kNever,
-                           asked = (cell.contact[i] >= 0) & (cell.state[i] != kInner);
+            anyTimed |= layOut(*block.cells[c], read, nodes);
+            for (int i = 0; i < GrowthCell::kCount; i += 4) {
                 const int v = GrowthBlock::voxelOf(c, i);
-                anyTimed |= timed;
-                way[v] = timed ? std::min(kFar, read.way[i]) : read.phi[i];
-                scale[v] = timed ? read.scale[i] : 0;
-                speed[v] = timed | !asked ? -1 : read.scale[i];
-                flags[v] = uint8_t((timed ? kTimed : 0) | (asked & (cell.contact[i] < 3) ? kNearRim : 0));
+                std::copy_n(nodes.way + i, 4, way + v), std::copy_n(nodes.scale + i, 4, scale + v);
+                std::copy_n(nodes.speed + i, 4, speed + v), std::copy_n(nodes.flags + i, 4, flags + v);
             }
         }
     }
