@@ -174,9 +174,9 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             const StopShift& s = shifts[size_t(i)];
             Front& f = *fronts_[size_t(i)];
             f.stopTime = stopTimes_[size_t(i) + 1] = float(f.stopTime + s.later);
-            // As far beyond as before this move; after one backwards, all that is known already.
-            if (s.later > 0) horizons_[size_t(i)] = f.stopTime + kBeyond / f.weight;
             moved[size_t(i)] = std::abs(s.later) > still * s.reach;
+            // As far beyond as before this move; after a small one, or one backwards, what is known already will do.
+            if (moved[size_t(i)] && s.later > 0) horizons_[size_t(i)] = f.stopTime + kBeyond / f.weight;
             goesOn[size_t(i)] = moved[size_t(i)];
         }
         // A front may have run dry by its neighbours' late moves.
