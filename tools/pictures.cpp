@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pavel/seeding/remesh.h"
 #include "pavel/seeding/simplify.h"
 #include "pavel/tools/objects.h"
 
@@ -111,16 +112,18 @@ std::vector<MeshObject> seededBase(const Scene& scene, const TriangleMesh& base,
 
 std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds,
                                        const std::vector<PlacedElement>& placed) {
-    // Whole where that is no more than a packed result has: a simplified shape's normals are means over long thin
-    // triangles, seen where it is not round.
-    constexpr size_t kWhole = 3000000, kPictured = 300000, kLeast = 150, kMost = 2000;
+    // Whole where that is no more than a packed result has, else remeshed: what edge collapses leave has long, thin
+    // triangles, whose normals show as dents where many are small.
+    constexpr size_t kWhole = 3000000, kPictured = 1000000, kLeast = 150, kMost = 2000;
     const size_t triangles = std::clamp(kPictured / std::max<size_t>(1, placed.size()), kLeast, kMost);
     std::vector<size_t> count(kinds.size());
     for (const PlacedElement& p : placed) ++count[size_t(p.kind)];
     std::vector<TriangleMesh> shapes;
     for (size_t k = 0; k < kinds.size(); ++k) {
         const TriangleMesh& shape = kinds[k].mesh;
-        shapes.push_back(shape.triangles.size() * count[k] <= kWhole ? shape : simplified(shape, triangles));
+        const bool whole = shape.triangles.size() <= triangles || shape.triangles.size() * count[k] <= kWhole;
+        // Remeshing millions would take longer than the picture.
+        shapes.push_back(whole ? shape : remeshed(simplified(shape, 20 * triangles), triangles / 2).mesh);
     }
     std::vector<MeshObject> objects;
     for (const PlacedElement& p : placed) {
