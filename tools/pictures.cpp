@@ -122,8 +122,7 @@ std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds,
     for (size_t k = 0; k < kinds.size(); ++k) {
         const TriangleMesh& shape = kinds[k].mesh;
         const bool whole = shape.triangles.size() <= triangles || shape.triangles.size() * count[k] <= kWhole;
-        // Remeshing millions would take longer than the picture.
-        shapes.push_back(whole ? shape : remeshed(simplified(shape, 20 * triangles), triangles / 2).mesh);
+        shapes.push_back(whole ? shape : remeshed(shape, triangles / 2).mesh);
     }
     std::vector<MeshObject> objects;
     for (const PlacedElement& p : placed) {

@@ -295,7 +295,7 @@ void Front::march(double until, const std::vector<float>& stopTimes, bool claimi
     }
 }
 
-/// The front before a time and the body beside it, and layers of voxels around them.
+/// The front before a time and layers of voxels around it, the body beside it and one layer around that.
 std::vector<VoxelMask> Front::around(double horizon, int layers) {
     std::vector<VoxelMask> masks(blocks.size()), timed(blocks.size());
     for (GrowthBlock& block : blocks)
@@ -311,12 +311,14 @@ std::vector<VoxelMask> Front::around(double horizon, int layers) {
             sides[side] = block.next[side] ? &of[size_t(block.next[side]->number)] : nullptr;
         return besideMask(of[size_t(block.number)], sides);
     };
+    std::vector<VoxelMask> body(blocks.size());
     for (const GrowthBlock& block : blocks) {
-        VoxelMask body = beside(timed, block);
-        body &= block.body;
-        masks[size_t(block.number)] |= body;
+        body[size_t(block.number)] = beside(timed, block);
+        body[size_t(block.number)] &= block.body;
     }
     for (int layer = 0; layer < layers; ++layer) {
+        if (layer == layers - 1)
+            for (size_t k = 0; k < body.size(); ++k) masks[k] |= body[k];
         const size_t made = blocks.size();
         for (size_t k = 0; k < made; ++k)
             for (int side = 0; side < 6; ++side) {

@@ -75,7 +75,7 @@ class Front {
     /// Accepts all voxels that arrive before `until`. stopTimes[id]: when others stopped (infinity while they grow).
     void march(double until, const std::vector<float>& stopTimes, bool claiming);
     /// Goes on past the end of a front that has stopped, so that times are known on both sides of it: accepts what
-    /// arrives before `horizon`, and `layers` of voxels around that and around the body, whenever they arrive.
+    /// arrives before `horizon`, and `layers` of voxels around that and one around the body, whenever they arrive.
     void marchBeyond(double horizon, int layers, const std::vector<float>& stopTimes);
     /// Enters the claims of the last march into the shared clock.
     void commit();
