@@ -73,6 +73,14 @@ Vec3 facingSeed(const SeedSet& seeds, const Vec3& towards, double size) {
     return position;
 }
 
+/// A shape to be seen many times. Edge collapses leave long, thin triangles, whose normals show as dents; remeshing
+/// frays rims that are thinner than its edges, and takes volume there.
+TriangleMesh inFew(const TriangleMesh& shape, size_t triangles) {
+    constexpr double kKept = 0.98;  // what is not so thin keeps more than 0.995
+    TriangleMesh mesh = remeshed(shape, triangles / 2).mesh;
+    return meshVolume(mesh) > kKept * meshVolume(shape) ? mesh : simplified(shape, triangles);
+}
+
 }  // namespace
 
 View sceneView(const Scene& scene) {
@@ -112,8 +120,7 @@ std::vector<MeshObject> seededBase(const Scene& scene, const TriangleMesh& base,
 
 std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds,
                                        const std::vector<PlacedElement>& placed) {
-    // Whole where that is no more than a packed result has, else remeshed: what edge collapses leave has long, thin
-    // triangles, whose normals show as dents where many are small.
+    // Whole where that is no more than a packed result has.
     constexpr size_t kWhole = 3000000, kPictured = 1000000, kLeast = 150, kMost = 2000;
     const size_t triangles = std::clamp(kPictured / std::max<size_t>(1, placed.size()), kLeast, kMost);
     std::vector<size_t> count(kinds.size());
@@ -122,7 +129,7 @@ std::vector<MeshObject> placedElements(const std::vector<ElementKind>& kinds,
     for (size_t k = 0; k < kinds.size(); ++k) {
         const TriangleMesh& shape = kinds[k].mesh;
         const bool whole = shape.triangles.size() <= triangles || shape.triangles.size() * count[k] <= kWhole;
-        shapes.push_back(whole ? shape : remeshed(shape, triangles / 2).mesh);
+        shapes.push_back(whole ? shape : inFew(shape, triangles));
     }
     std::vector<MeshObject> objects;
     for (const PlacedElement& p : placed) {
