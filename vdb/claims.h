@@ -33,7 +33,7 @@ inline float claimTime(Claim c) {
 /// The claims of a leaf-sized block. Most of its voxels are never claimed: room is made by cells of 4^3 voxels.
 class ClaimBlock {
   public:
-    /// @param bodies voxels of elements as placed and of the base
+    /// @param bodies voxels that elements keep of their placed shapes, and the base's: nobody claims these
     explicit ClaimBlock(const VoxelMask& bodies) : bodies_(bodies) {}
     ~ClaimBlock();
     Claim at(int v) const {
@@ -43,7 +43,7 @@ class ClaimBlock {
     }
     /// Enters a claim unless there is an earlier one. The outcome of many does not depend on their order.
     void enter(int v, Claim mine);
-    /// Gives back what somebody holds.
+    /// Gives back what somebody holds: a voxel that was entered.
     void free(int v) {
         cells_[cellOf(v)].load(std::memory_order_relaxed)->claims[inCell(v)].store(kFree, std::memory_order_relaxed);
     }
