@@ -52,8 +52,6 @@ class ClaimBlock {
     struct Cell {
         std::atomic<Claim> claims[64];
     };
-    static int cellOf(int v) { return kLeafTables.place[v] >> 6; }
-    static int inCell(int v) { return kLeafTables.place[v] & 63; }
     VoxelMask bodies_;
     std::atomic<Cell*> cells_[8] = {};  // null until a voxel there is claimed
 };

@@ -84,7 +84,7 @@ GrowthBlock* Front::make(const Coord& origin) {
 }
 
 GrowthCell& Front::touch(GrowthBlock& block, int v) {
-    GrowthCell*& cell = block.cells[GrowthBlock::cellOf(v)];
+    GrowthCell*& cell = block.cells[cellOf(v)];
     if (cell) return *cell;
     if (usedOfLast_ == kChunk) {
         cells_.emplace_back(new GrowthCell[kChunk]);
@@ -94,7 +94,7 @@ GrowthCell& Front::touch(GrowthBlock& block, int v) {
     for (int i = 0; i < GrowthCell::kCount; ++i) {
         cell->time[i] = kNever;
         cell->contact[i] = -1;
-        cell->state[i] = block.untouched(GrowthBlock::voxelOf(GrowthBlock::cellOf(v), i));
+        cell->state[i] = block.untouched(GrowthBlock::voxelOf(cellOf(v), i));
     }
     return *cell;
 }
@@ -112,7 +112,7 @@ double Front::speedAt(double contact) const {
 }
 
 double Front::speedOf(GrowthBlock* block, int v) {
-    float& contact = touch(*block, v).contact[GrowthBlock::inCell(v)];
+    float& contact = touch(*block, v).contact[inCell(v)];
     if (contact < 0)
         contact = float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
     return speedAt(contact);
@@ -151,7 +151,7 @@ double Front::wedgeArrival(const GrowthBlock& block, int v) const {
 void Front::push(GrowthBlock* block, int v, double time) {
     const float t = std::max(float(time), 1e-6f);  // zero is the bodies' own
     GrowthCell& cell = touch(*block, v);
-    const int i = GrowthBlock::inCell(v);
+    const int i = inCell(v);
     if (!(t < cell.time[i])) return;
     changed_ = true;
     cell.time[i] = t;
@@ -195,7 +195,7 @@ Front::Upwind Front::upwind(GrowthBlock* block, int v) {
             const GrowthBlock* other = step(block, v, side, n);
             const GrowthCell* cell = other ? other->cellAt(n) : nullptr;
             if (!cell) continue;
-            const int i = GrowthBlock::inCell(n);
+            const int i = inCell(n);
             const uint8_t s = cell->state[i];
             const float time = cell->time[i];
             if (s == kReal) held = std::min(held, time);
@@ -226,8 +226,8 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
         besideGhost |= s == kGhost;
     }
     GrowthCell& cell = touch(*block, v);
-    uint8_t& state = cell.state[GrowthBlock::inCell(v)];
-    float& time = cell.time[GrowthBlock::inCell(v)];
+    uint8_t& state = cell.state[inCell(v)];
+    float& time = cell.time[inCell(v)];
     if (!heldByOther(block, v, time, stopTimes)) {
         if (!besideReal) {  // only a way through foreign ground leads here
             state = kFar;
@@ -371,7 +371,7 @@ void Front::settle() {
         if (block.claims->at(v) == makeClaim(c.time(), element.id))
             claimed_[kept++] = c;
         else
-            touch(block, v).state[GrowthBlock::inCell(v)] = kGhost;
+            touch(block, v).state[inCell(v)] = kGhost;
     }
     claimed_.erase(claimed_.begin() + std::ptrdiff_t(kept), claimed_.end());
     won = kept;

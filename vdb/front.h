@@ -38,8 +38,6 @@ struct GrowthBlock {
     VoxelMask body;
     GrowthCell* cells[8] = {};  ///< null until the front touches one
 
-    static int cellOf(int v) { return kLeafTables.place[v] >> 6; }
-    static int inCell(int v) { return kLeafTables.place[v] & 63; }
     static int voxelOf(int cell, int i) { return kLeafTables.voxel[cell << 6 | i]; }
     const GrowthCell* cellAt(int v) const { return cells[cellOf(v)]; }
     VoxelState untouched(int v) const { return body.isOn(openvdb::Index(v)) ? kBody : kFar; }

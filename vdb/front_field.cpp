@@ -70,7 +70,7 @@ double Front::innerScale(GrowthBlock& block, int v) const {
         int n;
         const GrowthBlock* other = step(&block, v, side, n);
         if (!other || !other->hasTime(n)) continue;
-        sum += scaleAt(*other, *other->cellAt(n), n, GrowthBlock::inCell(n));
+        sum += scaleAt(*other, *other->cellAt(n), n, inCell(n));
         ++count;
     }
     return count ? sum / count : 0;
@@ -108,7 +108,7 @@ void Front::finish() {
         }
         for (const Inner& at : inner) {
             GrowthCell& cell = touch(*at.block, at.v);
-            const int i = GrowthBlock::inCell(at.v);
+            const int i = inCell(at.v);
             cell.state[i] = kInner;
             cell.contact[i] = at.scale;
             cell.time[i] = std::min(-1e-6f, at.block->placedAt(at.v) / at.scale);
@@ -127,7 +127,7 @@ void Front::lookBeyond() {
             int n;
             GrowthBlock* other = stepOrMake(block, v, side, n);
             GrowthCell& cell = touch(*other, n);
-            const int i = GrowthBlock::inCell(n);
+            const int i = inCell(n);
             if (cell.contact[i] >= 0 && cell.state[i] != kInner) continue;
             if (cell.state[i] != kInner) cell.contact[i] = contactAt(*other, n);
             next.emplace_back(other, n);

@@ -14,7 +14,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A front is stuck when its fastest point has fallen under this share of its largest speed (algorithm, section 3).
 constexpr double kStuckShare = 0.01;
 /// Fronts go on past their end, so that times are known on both sides of it: by so many voxels where they are fastest,
-/// and then by layers, wherever they are slow. With one layer, elements on coarse grids end short of room.
+/// and then by layers, wherever they are slow. With one layer around what they reached, elements end short of room.
 constexpr double kBeyond = 0.5;
 constexpr int kLayersBeyond = 2;
 

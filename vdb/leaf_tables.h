@@ -26,4 +26,12 @@ struct LeafTables {
 };
 inline constexpr LeafTables kLeafTables;
 
+/// Of a leaf's voxel: which of the leaf's eight cells, and where in it.
+inline int cellOf(int v) {
+    return kLeafTables.place[v] >> 6;
+}
+inline int inCell(int v) {
+    return kLeafTables.place[v] & 63;
+}
+
 }  // namespace pavel

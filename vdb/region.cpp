@@ -137,9 +137,10 @@ RegionMeasure::RegionMeasure(const Region& region) : region_(region) {
     std::vector<char> changes(region.size(), 0);
     for (int b = 0; b < int(region.size()); ++b) {
         region.values(b, 0, &(*values_)[size_t(b) * 512]);
-        if (!region.moves(b)) continue;
+        const Region::FrontArea& front = region.front(b);
+        if (!front.moves) continue;
         moving_.push_back(b);
-        frontVoxels_ += region.front(b).voxels, frontSlopes_ += region.front(b).slopes;
+        frontVoxels_ += front.voxels, frontSlopes_ += front.slopes;
         changes[size_t(b)] = 1;
         for (int n : region.beside(b))
             if (n >= 0) changes[size_t(n)] = 1;

@@ -40,8 +40,6 @@ class Region {
 
     /// Voxels that do not belong to the largest piece leave the region.
     void dropStrays();
-    /// Does the front move in a block?
-    bool moves(int block) const { return front_[size_t(block)].moves; }
     /// Blocks at the faces -x +x -y +y -z +z, or kOutside, kInside.
     std::array<int, 6> beside(int block) const { return numbers_.beside(origin(block)); }
     uint64_t filledVoxels() const { return filled_; }
