@@ -1,7 +1,7 @@
 #include "pavel/vdb/block_level_set.h"
 
 #include <algorithm>
-#include <numeric>
+#include <cassert>
 
 namespace pavel {
 namespace {
@@ -23,6 +23,57 @@ PAVEL_WIDE void shiftBand(float* values, float by, float band) {
 }
 
 }  // namespace
+
+BlockLevelSet::BlockLevelSet(const CompactLevelSet& at) : band_(at.background()), numbers_(at.numbers()) {
+    storage_.emplace_back()->reserve(512 * at.size());
+    for (int b = 0; b < int(at.size()); ++b) at.read(b, grow(at.origin(b), blockMask(at.active(b))));
+    filled_ = 512 * numbers_.count(BlockNumbers::kInside);
+}
+
+/// A block more, where there is room without moving others.
+float* BlockLevelSet::grow(const Coord& origin, const BlockMask& near) {
+    constexpr size_t kMore = 16 * 512;
+    if (storage_.empty() || storage_.back()->size() + 512 > storage_.back()->capacity())
+        storage_.emplace_back()->reserve(kMore);
+    std::vector<float>& store = *storage_.back();
+    numbers_.set(origin, int(origins_.size()));
+    store.resize(store.size() + 512);
+    origins_.push_back(origin);
+    near_.push_back(near);
+    values_.push_back(store.data() + store.size() - 512);
+    return values_.back();
+}
+
+float* BlockLevelSet::open(const Coord& origin) {
+    if (float* known = values(origin)) return known;
+    assert(numbers_.at(origin) == BlockNumbers::kInside);
+    filled_ -= 512;
+    float* made = grow(origin, {});
+    std::fill(made, made + 512, -band_);
+    return made;
+}
+
+void BlockLevelSet::clear(const Coord& origin) {
+    if (numbers_.at(origin) == BlockNumbers::kInside) filled_ -= 512;
+    numbers_.set(origin, BlockNumbers::kOutside);
+}
+
+void BlockLevelSet::tidy() {
+    size_t kept = 0;
+    for (size_t b = 0; b < origins_.size(); ++b) {
+        if (numbers_.at(origins_[b]) != int(b)) continue;  // cleared
+        if (nearMask(values_[b], band_, near_[kept])) {
+            numbers_.set(origins_[b], int(kept));
+            origins_[kept] = origins_[b], values_[kept] = values_[b];
+            ++kept;
+        } else if (values_[b][0] < 0) {
+            fill(origins_[b]);
+        } else {
+            numbers_.set(origins_[b], BlockNumbers::kOutside);
+        }
+    }
+    origins_.resize(kept), near_.resize(kept), values_.resize(kept);
+}
 
 void BlockLevelSet::Blocks::add(const Coord& origin, const float* of, const BlockMask& mask) {
     origins.push_back(origin);
@@ -84,12 +135,21 @@ CompactLevelSet BlockLevelSet::compact() const {
     size_t active = 0;
     for (const BlockMask& mask : near_)
         for (const uint8_t row : mask) active += size_t(__builtin_popcount(row));
-    CompactLevelSet out(band_, origins_.size(), active);
-    std::vector<size_t> order(origins_.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return origins_[a] < origins_[b]; });
-    for (const size_t b : order) out.add(origins_[b], nodeMask(near_[b]), values_[b]);
+    CoordBBox box;
+    for (const Coord& origin : origins_) box.expand(CoordBBox(origin, origin.offsetBy(7)));
+    CompactLevelSet out(band_, box, origins_.size(), active);
+    for (size_t b = 0; b < origins_.size(); ++b) out.add(origins_[b], nodeMask(near_[b]), values_[b]);
+    if (filled_ > 0)
+        forEachBlock(box, [&](const Coord& origin) {
+            if (numbers_.at(origin) == BlockNumbers::kInside) out.fill(origin);
+        });
     return out;
+}
+
+BlockMasks BlockLevelSet::inside() const {
+    BlockMasks masks(numbers_);
+    for (size_t b = 0; b < origins_.size(); ++b) masks.add(origins_[b], nodeMask(negativeMask(values_[b])));
+    return masks;
 }
 
 }  // namespace pavel

@@ -7,15 +7,6 @@ BlockBox::BlockBox(const CoordBBox& box) : lower_(leafOrigin(box.min())) {
     for (int k = 0; k < 3; ++k) count_[k] = box.empty() ? 0 : (hi[k] - lower_[k]) / 8 + 1;
 }
 
-int BlockBox::index(const Coord& origin) const {
-    int c[3];
-    for (int k = 0; k < 3; ++k) {
-        c[k] = (origin[k] - lower_[k]) >> 3;
-        if (c[k] < 0 || c[k] >= count_[k]) return -1;
-    }
-    return (c[0] * count_[1] + c[1]) * count_[2] + c[2];
-}
-
 std::array<int, 6> BlockNumbers::beside(const Coord& origin) const {
     std::array<int, 6> numbers;
     for (int side = 0; side < 6; ++side) {

@@ -43,13 +43,7 @@ ClaimBlock* ClaimMap::block(const Coord& origin) {
 
 std::unique_ptr<ClaimBlock> ClaimMap::make(const Coord& origin) const {
     VoxelMask bodies;
-    for (int i : index_.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
-        const BodyTree& body = *elements_[size_t(i)].body;
-        if (const auto* leaf = body.probeConstLeaf(origin))
-            bodies |= leaf->getValueMask();
-        else if (body.getValue(origin))
-            bodies.setOn();
-    }
+    for (int i : index_.meeting(CoordBBox(origin, origin.offsetBy(7)))) bodies |= elements_[size_t(i)].body.mask(origin);
     if (base_) {
         if (const auto* leaf = base_->probeConstLeaf(origin))
             bodies |= nodeMask(negativeMask(leaf->buffer().data()));

@@ -15,15 +15,24 @@ struct Sample {
     Vec3 gradient;
 };
 
+/// The values around a voxel, null where its block has none.
+const float* blockAt(const CompactReader& reader, const Coord& c) {
+    return reader.probe(leafOrigin(c));
+}
+const float* blockAt(const BaseReader& reader, const Coord& c) {
+    const auto* leaf = reader.probeConstLeaf(c);
+    return leaf ? leaf->buffer().data() : nullptr;
+}
+
 /// Both from the trilinear form of the eight nodes around, so that these are read once.
 template <class Reader>
 Sample sampleWithGradient(const Reader& reader, const Vec3& p) {
     const Coord lo(int(std::floor(p[0])), int(std::floor(p[1])), int(std::floor(p[2])));
     const double u = p[0] - lo[0], v = p[1] - lo[1], w = p[2] - lo[2];
     double c[8];
-    const auto* leaf = reader.probeConstLeaf(lo);
-    if (leaf && (lo[0] & 7) < 7 && (lo[1] & 7) < 7 && (lo[2] & 7) < 7) {
-        const float* at = leaf->buffer().data() + WorkLeaf::coordToOffset(lo);
+    const float* block = blockAt(reader, lo);
+    if (block && (lo[0] & 7) < 7 && (lo[1] & 7) < 7 && (lo[2] & 7) < 7) {
+        const float* at = block + WorkLeaf::coordToOffset(lo);
         for (int n = 0; n < 8; ++n) c[n] = double(at[64 * (n >> 2) + 8 * (n >> 1 & 1) + (n & 1)]);
     } else {
         for (int n = 0; n < 8; ++n) c[n] = double(reader.getValue(lo.offsetBy(n >> 2, n >> 1 & 1, n & 1)));
@@ -80,19 +89,6 @@ Vec3f awayFrom(const Vec3& taken, const Vec3& surface) {
 /// A rim passes no farther than this from a voxel next to it: half a voxel's diagonal.
 constexpr float kBeside = 0.87f;
 
-/// Voxels beside the surface.
-PAVEL_WIDE bool besideSurface(const float* values, BlockMask& mask) {
-    unsigned any = 0;
-    for (int row = 0; row < 64; ++row) {
-        unsigned bits = 0;
-        PAVEL_ROLLED
-        for (int z = 0; z < 8; ++z) bits |= unsigned(std::abs(values[8 * row + z]) <= kBeside) << z;
-        mask[size_t(row)] = uint8_t(bits);
-        any |= bits;
-    }
-    return any != 0;
-}
-
 /// What another keeps, in a block.
 PAVEL_WIDE void keptBy(const float* theirs, const float* bisector, float* kept) {
     PAVEL_ROLLED
@@ -105,13 +101,13 @@ struct SurfaceBlock {
     BlockMask mask;
 };
 
-std::vector<SurfaceBlock> surfaceBlocks(const WorkTree& tree) {
+std::vector<SurfaceBlock> surfaceBlocks(const CompactLevelSet& of, const CompactReader& reader) {
     std::vector<SurfaceBlock> blocks;
     SurfaceBlock block;
-    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-        block.origin = leaf->origin();
-        block.values = leaf->buffer().data();
-        if (besideSurface(block.values, block.mask)) blocks.push_back(block);
+    for (int b = 0; b < int(of.size()); ++b) {
+        block.origin = of.origin(b);
+        block.values = reader.probe(block.origin);
+        if (nearMask(block.values, kBeside, block.mask)) blocks.push_back(block);
     }
     std::sort(blocks.begin(), blocks.end(),
               [](const SurfaceBlock& a, const SurfaceBlock& b) { return a.origin < b.origin; });
@@ -142,12 +138,12 @@ Vec3f settled(const WorkElement& e, const WorkElement& other, const Taken& taken
 
 void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const openvdb::FloatTree* base) {
     e.contact = std::make_shared<ContactDistance>();
-    const WorkReader own(*e.placed);
+    const CompactReader own(e.placed);
     const auto onSurface = [&](const Vec3& p) { return sampleWithGradient(own, p); };
     struct Cutter {
         int index;
         CoordBBox box;
-        WorkReader reader;
+        CompactReader reader;
         Bisector g;
         /// At a point on the element's own surface, given its distance to the other's.
         double taken(double phi, const Vec3& p) const {
@@ -178,7 +174,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
     std::vector<Cutter> cutters;
     for (int n : e.neighbours) {
         const WorkElement& other = all[size_t(n)];
-        cutters.push_back({n, other.box, WorkReader(*other.placed), Bisector(e, other)});
+        cutters.push_back({n, other.box, CompactReader(other.placed), Bisector(e, other)});
     }
     static const openvdb::FloatTree nothing;
     const BaseReader solid(base ? *base : nothing);
@@ -187,7 +183,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         return Sample{-s.value, -s.gradient};
     };
 
-    const std::vector<SurfaceBlock> surface = surfaceBlocks(*e.placed);
+    const std::vector<SurfaceBlock> surface = surfaceBlocks(e.placed, own);
     // Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(block, values): its
     // values in a block, without interpolation, or false where it does not come there.
     const auto rimWith = [&](const auto& taken, const auto& near, const CoordBBox& box, int self) {
@@ -196,7 +192,7 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         BlockMask mask;
         for (const SurfaceBlock& block : surface) {
             if (!box.hasOverlap(CoordBBox(block.origin, block.origin.offsetBy(7)))) continue;
-            if (!near(block, values) || !besideSurface(values, mask)) continue;
+            if (!near(block, values) || !nearMask(values, kBeside, mask)) continue;
             for (size_t row = 0; row < 64; ++row) mask[row] &= block.mask[row];
             for (int v = 0; v < 512; ++v) {
                 if (!testMask(mask, v)) continue;
@@ -222,10 +218,9 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
         if (shared.empty()) continue;
         // The rim lies on the other's surface, or, where that is the farther one, on the bisector within it.
         const auto nearCutter = [&](const SurfaceBlock& block, float* values) {
-            const WorkTree& placed = *all[size_t(c.index)].placed;
-            const WorkLeaf* leaf = placed.probeConstLeaf(block.origin);
-            if (!leaf && placed.getValue(block.origin) > 0) return false;
-            const float* theirs = leaf ? leaf->buffer().data() : uniformValues(true);
+            const float* known = c.reader.probe(block.origin);
+            if (!known && c.reader.getValue(block.origin) > 0) return false;
+            const float* theirs = known ? known : uniformValues(true);
             float bisector[512];
             c.g.over(block.origin, 1, block.values, theirs, bisector);
             keptBy(theirs, bisector, values);

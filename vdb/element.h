@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "pavel/core/placement.h"
+#include "pavel/vdb/block_masks.h"
+#include "pavel/vdb/compact_level_set.h"
 #include "pavel/vdb/pieces.h"
 
 namespace pavel {
@@ -21,8 +23,8 @@ struct WorkElement {
     const CanonicalField* fine = nullptr;  ///< distances of the result's grid, where that is the finer one
     double size = 0;                  ///< diagonal of the bounding box in the element's own frame: the unit of a and b
     CoordBBox box;                    ///< of the placed level set, its band included
-    WorkTree::Ptr placed;             ///< level set as placed
-    BodyTree::Ptr body;               ///< voxels left after neighbours and base took their share
+    CompactLevelSet placed;           ///< level set as placed
+    BlockMasks body;                  ///< voxels left after neighbours and base took their share
     std::vector<int> neighbours;      ///< indices of elements whose boxes meet, ascending
     std::vector<int> contacts;        ///< indices of those that it shares a contact surface with
     std::vector<MaskedBlock> strays;  ///< pieces that the trim cut off, erased from `placed`

@@ -123,7 +123,7 @@ bool FineShape::eraseStrays(const Coord& origin, float* phi) const {
                 node[k] = down + (corner >> k & 1 && down * factor_ != c[k]);
             }
             near |= isStray(node);
-            main |= coarse_.body->isValueOn(node);
+            main |= coarse_.body.isOn(node);
         }
         if (!near || main) continue;
         phi[v] = std::max(0.5f, std::abs(phi[v]));

@@ -29,21 +29,16 @@ double arrival(const float times[3], double speed) {
     return disc < 0 ? result : (sum + std::sqrt(disc)) / 3;
 }
 
-/// The voxels of a leaf that are not in the body, but beside it.
-VoxelMask besideBody(const BodyTree& body, const BodyTree::LeafNodeType& leaf) {
-    VoxelMask all;
-    all.setOn();
-    const VoxelMask* sides[6] = {};
+/// The voxels of a block that are not in the body, but beside it.
+VoxelMask besideBody(const BlockMasks& body, const Coord& origin) {
+    const VoxelMask* sides[6];
     for (int side = 0; side < 6; ++side) {
-        Coord c = leaf.origin();
+        Coord c = origin;
         c[side / 2] += side % 2 ? 8 : -8;
-        if (const auto* other = body.probeConstLeaf(c))
-            sides[side] = &other->getValueMask();
-        else if (body.getValue(c))
-            sides[side] = &all;
+        sides[side] = &body.mask(c);
     }
-    VoxelMask beside = besideMask(leaf.getValueMask(), sides);
-    beside -= leaf.getValueMask();
+    VoxelMask beside = besideMask(body.mask(origin), sides);
+    beside -= body.mask(origin);
     return beside;
 }
 
@@ -63,13 +58,9 @@ GrowthBlock* Front::make(const Coord& origin) {
     b0.origin = origin;
     b0.number = int(blocks.size()) - 1;
     b0.claims = claims_.block(origin);
-    if (const auto* leaf = element.body->probeConstLeaf(origin))
-        b0.body = leaf->getValueMask();
-    else if (element.body->getValue(origin))
-        b0.body.setOn();
-    const WorkLeaf* placed = element.placed->probeConstLeaf(origin);
-    b0.placed = placed ? placed->buffer().data() : nullptr;
-    b0.placedTile = placed ? 0 : element.placed->getValue(origin);
+    b0.body = element.body.mask(origin);
+    b0.placed = &element.placed;
+    b0.placedBlock = element.placed.at(origin);
     changed_ = true;
     map_[origin] = &b0;
     for (int side = 0; side < 6; ++side) {
@@ -131,7 +122,7 @@ double Front::wedgeArrival(const Vec3& p, double phi, double d, const ContactDis
         if (l < 1e-3) return kNever;
         const Vec3 farther = foot.rim + (trusted / l) * ray;
         phi = element.fine ? placedDistance(*element.fine, element.indexFromElement, farther)
-                           : sampleAt(*element.placed, farther);
+                           : sampleAt(element.placed, farther);
         d = trusted;
     }
     const double speed = speedAt(d), rise = std::asin(std::clamp(phi / d, -1.0, 1.0)),
@@ -160,14 +151,14 @@ void Front::push(GrowthBlock* block, int v, double time) {
 }
 
 void Front::start() {
-    // The body has a leaf wherever the placed shape has one, even where none of its voxels lie in it.
-    for (auto leaf = element.body->cbeginLeaf(); leaf; ++leaf) {
+    // The body has a block wherever the placed shape has one, even where none of its voxels lie in it.
+    for (const Coord& origin : element.body.origins()) {
         const ClaimBlock* claims = nullptr;
-        const VoxelMask beside = besideBody(*element.body, *leaf);
+        const VoxelMask beside = besideBody(element.body, origin);
         for (auto at = beside.beginOn(); at; ++at) {
             const int v = int(at.pos());
-            if (!claims) claims = claims_.block(leaf->origin());
-            if (claims->at(v) == kFree) enter(*make(leaf->origin()), v);
+            if (!claims) claims = claims_.block(origin);
+            if (claims->at(v) == kFree) enter(*make(origin), v);
         }
     }
 }

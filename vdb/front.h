@@ -30,9 +30,9 @@ struct GrowthBlock {
     static constexpr float kNever = std::numeric_limits<float>::max();
     Coord origin;
     ClaimBlock* claims = nullptr;
-    const float* placed = nullptr;  ///< the placed shape's values here, or null where placedTile stands for all
-    float placedTile = 0;
-    float placedAt(int v) const { return placed ? placed[v] : placedTile; }
+    const CompactLevelSet* placed = nullptr;
+    int placedBlock = CompactLevelSet::kOutside;  ///< the placed shape's here
+    float placedAt(int v) const { return placed->value(placedBlock, v); }
     GrowthBlock* next[6] = {};  ///< -x +x -y +y -z +z, null until made
     int number = 0;
     VoxelMask body;
@@ -123,8 +123,8 @@ class Front {
     struct CellField {
         float phi[GrowthCell::kCount], way[GrowthCell::kCount], scale[GrowthCell::kCount];
     };
-    /// scaleAt for a whole cell, which must be there, and what goes with it.
-    void read(const GrowthBlock& block, int cell, CellField& out) const;
+    /// scaleAt for a whole cell, which must be there, and what goes with it. `placed`: the block's 512 values.
+    void read(const GrowthBlock& block, int cell, const float* placed, CellField& out) const;
     GrowthBlock* probe(const Coord& origin) const;
 
     const WorkElement& element;

@@ -40,10 +40,7 @@ struct FrontBlock {
     bool anyTimed = false;
 
     FrontBlock(const Front& front, const GrowthBlock& block) {
-        if (block.placed)
-            std::copy(block.placed, block.placed + 512, phi);
-        else
-            std::fill(phi, phi + 512, block.placedTile);
+        block.placed->read(block.placedBlock, phi);
         std::copy(phi, phi + 512, way);
         std::fill(scale, scale + 512, 0.f);
         std::fill(speed, speed + 512, -1.f);
@@ -52,7 +49,7 @@ struct FrontBlock {
         CellNodes nodes;
         for (int c = 0; c < 8; ++c) {
             if (!block.cells[c]) continue;
-            front.read(block, c, read);
+            front.read(block, c, phi, read);
             anyTimed |= layOut(*block.cells[c], read, nodes);
             for (int i = 0; i < GrowthCell::kCount; i += 4) {
                 const int v = GrowthBlock::voxelOf(c, i);
@@ -70,14 +67,15 @@ class Nodes {
     static constexpr int kBefore = 3, kSide = 15, kRow = 16, kSlab = kSide * kRow, kCount = kSide * kSlab;
 
     /// @param blocks of the front, by number; null where it touched nothing
+    /// @param placed the placed shape
     /// False where it comes nowhere near.
-    bool load(const Front& front, const std::vector<const FrontBlock*>& blocks, const Coord& block) {
+    bool load(const Front& front, const std::vector<const FrontBlock*>& blocks, const CompactReader& placed,
+              const Coord& block) {
         struct Source {
             const FrontBlock* front = nullptr;  // or else
             const float* phi = nullptr;         // or else
             float tile = 0;
         } sources[27];
-        const WorkTree& placed = *front.element.placed;
         bool anyTimed = false;
         for (int part = 0; part < 27; ++part) {
             const Coord at = block.offsetBy(part / 9 * 8 - 8, part / 3 % 3 * 8 - 8, part % 3 * 8 - 8);
@@ -85,8 +83,8 @@ class Nodes {
             if (grown && blocks[size_t(grown->number)]) {
                 sources[part].front = blocks[size_t(grown->number)];
                 anyTimed |= sources[part].front->anyTimed;
-            } else if (const WorkLeaf* leaf = placed.probeConstLeaf(at)) {
-                sources[part].phi = leaf->buffer().data();
+            } else if (const float* phi = placed.probe(at)) {
+                sources[part].phi = phi;
             } else {
                 sources[part].tile = placed.getValue(at);
             }
@@ -220,9 +218,10 @@ std::vector<std::unique_ptr<FrontNodes>> nodesOf(const Front& front, float reach
         if (std::any_of(grown.cells, grown.cells + 8, [](const GrowthCell* cell) { return cell; }))
             blocks[size_t(grown.number)] = &touched.emplace_back(front, grown);
     std::vector<std::unique_ptr<FrontNodes>> all(blocks.size());
+    const CompactReader placed(front.element.placed);
     Nodes nodes;
     for (const GrowthBlock& grown : front.blocks) {
-        if (!nodes.load(front, blocks, grown.origin) || !nodes.within(reach)) continue;
+        if (!nodes.load(front, blocks, placed, grown.origin) || !nodes.within(reach)) continue;
         nodes.continueTimes();
         all[size_t(grown.number)] = nodes.inner();
     }

@@ -21,7 +21,8 @@ std::vector<Coord> sortedOnce(std::vector<Coord> origins) {
 /// Blocks of all packed elements: the union's surface is part of theirs.
 std::vector<Coord> unionOrigins(const std::vector<const CompactLevelSet*>& elements) {
     std::vector<Coord> origins;
-    for (const CompactLevelSet* e : elements) e->forEachBlock([&](const Coord& origin) { origins.push_back(origin); });
+    for (const CompactLevelSet* e : elements)
+        for (int b = 0; b < int(e->size()); ++b) origins.push_back(e->origin(b));
     return sortedOnce(std::move(origins));
 }
 
@@ -51,14 +52,13 @@ float blendedMin(float a, float b) {
 /// Union of all elements in one block.
 void unionValues(const ElementIndex& index, const std::vector<const CompactLevelSet*>& elements, const Coord& origin,
                  bool touching, float* values) {
-    float second[512], one[512], tile;
+    float second[512], one[512];
     std::fill(values, values + 512, kBand);
     std::fill(second, second + 512, kBand);
     for (int i : index.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
-        if (!elements[size_t(i)]->read(origin, one, tile)) {
-            if (tile > 0) continue;
-            std::fill(one, one + 512, tile);
-        }
+        const int block = elements[size_t(i)]->at(origin);
+        if (block == CompactLevelSet::kOutside) continue;
+        elements[size_t(i)]->read(block, one);
         for (int v = 0; v < 512; ++v) {
             const float own = one[v];
             second[v] = std::min(second[v], std::max(values[v], own));
@@ -145,12 +145,13 @@ namespace {
 /// Ids inside the packed elements; a voxel inside two (by rounding) goes to the one in which it lies deeper.
 openvdb::Int32Tree::Ptr elementIds(const std::vector<CompactLevelSet>& elements) {
     auto ids = std::make_shared<openvdb::Int32Tree>(0);
-    float values[512], others[512], tile;
+    float values[512], others[512];
     for (size_t i = 0; i < elements.size(); ++i) {
         const int id = int(i) + 1;
         elements[i].forEachFilled([&](const Coord& lo, const Coord& hi) { ids->fill(CoordBBox(lo, hi), id, true); });
-        elements[i].forEachBlock([&](const Coord& origin) {
-            elements[i].read(origin, values, tile);
+        for (int b = 0; b < int(elements[i].size()); ++b) {
+            const Coord& origin = elements[i].origin(b);
+            elements[i].read(b, values);
             openvdb::Int32Tree::LeafNodeType* out = nullptr;
             int other = 0;  // whose values are at hand
             for (openvdb::Index v = 0; v < 512; ++v) {
@@ -158,14 +159,14 @@ openvdb::Int32Tree::Ptr elementIds(const std::vector<CompactLevelSet>& elements)
                 if (!(d < 0)) continue;
                 if (!out) out = ids->touchLeaf(origin);
                 if (const int held = out->getValue(v); held > 0) {
-                    if (held != other && !elements[size_t(held) - 1].read(origin, others, tile))
-                        std::fill(others, others + 512, tile);
+                    const CompactLevelSet& holder = elements[size_t(held) - 1];
+                    if (held != other) holder.read(holder.at(origin), others);
                     other = held;
                     if (others[v] <= d) continue;
                 }
                 out->setValueOn(v, id);
             }
-        });
+        }
     }
     return ids;
 }

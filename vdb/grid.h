@@ -21,8 +21,6 @@ using openvdb::CoordBBox;
 using WorkTree =
     openvdb::tree::Tree<openvdb::tree::RootNode<openvdb::tree::InternalNode<openvdb::tree::LeafNode<float, 3>, 3>>>;
 using WorkLeaf = WorkTree::LeafNodeType;
-/// Where something is, without distances: active voxels and tiles.
-using BodyTree = WorkTree::ValueConverter<openvdb::ValueMask>::Type;
 using WorkReader = openvdb::tree::ValueAccessor<const WorkTree, false>;
 using BaseReader = openvdb::tree::ValueAccessor<const openvdb::FloatTree, false>;
 

@@ -15,11 +15,6 @@ namespace {
 
 constexpr double kHalfBlock = 3.5 * 1.7320508;
 
-/// Sets a whole block to one side.
-void fillBlock(WorkTree& tree, const Coord& origin, float value) {
-    tree.addTile(1, origin, value, false);
-}
-
 /// Cuts a block by what another keeps.
 PAVEL_WIDE void takeAway(const float* theirs, const float* bisector, float* values) {
     PAVEL_ROLLED
@@ -29,63 +24,43 @@ PAVEL_WIDE void takeAway(const float* theirs, const float* bisector, float* valu
     }
 }
 
-void trimByNeighbour(const WorkElement& element, const WorkElement& other, WorkTree& body) {
-    const WorkTree& cutter = *other.placed;
+/// @param placed the element's own, and `cutter` the other's shape
+void trimByNeighbour(const WorkElement& element, const WorkElement& other, const CompactReader& placed,
+                     BlockLevelSet& body) {
+    const CompactLevelSet& cutter = other.placed;
     const Bisector g(element, other);
     CoordBBox shared = element.box;
     shared.intersect(other.box);
     if (shared.empty()) return;
     forEachBlock(shared, [&](const Coord& origin) {
-        WorkLeaf* leaf = body.probeLeaf(origin);
-        if (!leaf && body.getValue(origin) > 0) return;
-        const WorkLeaf* cut = cutter.probeConstLeaf(origin);
-        if (!cut && cutter.getValue(origin) > 0) return;
+        if (body.numbers().at(origin) == BlockNumbers::kOutside) return;
+        const int cut = cutter.at(origin);
+        if (cut == CompactLevelSet::kOutside) return;
         const double middle = g(centreOf(origin) + Vec3(3.5, 3.5, 3.5));
         if (middle < -kBand - kHalfBlock) return;
-        if (!cut && middle > kBand + kHalfBlock) {
-            fillBlock(body, origin, kBand);
-            return;
-        }
-        if (!leaf) leaf = body.touchLeaf(origin);
-        const WorkLeaf* placed = element.placed->probeConstLeaf(origin);
-        const float *own = placed ? placed->buffer().data() : uniformValues(true),
-                    *theirs = cut ? cut->buffer().data() : uniformValues(true);
-        float bisector[512];
+        if (cut == CompactLevelSet::kInside && middle > kBand + kHalfBlock) return body.clear(origin);
+        const float* known = placed.probe(origin);
+        const float* own = known ? known : uniformValues(true);
+        float theirs[512], bisector[512];
+        cutter.read(cut, theirs);
         g.over(origin, 1, own, theirs, bisector);
-        takeAway(theirs, bisector, leaf->buffer().data());
+        takeAway(theirs, bisector, body.open(origin));
     });
 }
 
-void trimByBase(const CoordBBox& box, const openvdb::FloatTree& base, WorkTree& body) {
+void trimByBase(const CoordBBox& box, const openvdb::FloatTree& base, BlockLevelSet& body) {
     const BaseReader reader(base);
     forEachBlock(box, [&](const Coord& origin) {
-        WorkLeaf* leaf = body.probeLeaf(origin);
-        if (!leaf && body.getValue(origin) > 0) return;
+        if (body.numbers().at(origin) == BlockNumbers::kOutside) return;
         const auto* solid = reader.probeConstLeaf(origin);
         if (!solid) {
-            if (reader.getValue(origin) < 0) fillBlock(body, origin, kBand);
+            if (reader.getValue(origin) < 0) body.clear(origin);
             return;
         }
-        if (!leaf) leaf = body.touchLeaf(origin);
         const float* inBase = solid->buffer().data();
-        float* values = leaf->buffer().data();
+        float* values = body.open(origin);
         for (int v = 0; v < 512; ++v) values[v] = std::max(values[v], -inBase[v]);
     });
-}
-
-/// Blocks that ended up uniform become tiles.
-void tidy(WorkTree& tree) {
-    std::vector<std::pair<Coord, float>> uniform;
-    for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
-        bool in = true, out = true;
-        const float* values = leaf->buffer().data();
-        for (int v = 0; v < 512; ++v) {
-            in &= values[v] <= -kBand;
-            out &= values[v] >= kBand;
-        }
-        if (in || out) uniform.emplace_back(leaf->origin(), in ? -kBand : kBand);
-    }
-    for (const auto& [origin, value] : uniform) fillBlock(tree, origin, value);
 }
 
 }  // namespace
@@ -99,65 +74,43 @@ void findNeighbours(std::vector<WorkElement>& elements) {
     }
 }
 
-WorkTree::Ptr trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
+BlockLevelSet trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
                           bool recoverBaseLoss) {
-    auto body = std::make_shared<WorkTree>(*element.placed);
+    BlockLevelSet body(element.placed);
     element.targetVolume = element.placedVolume;
     if (base && (!recoverBaseLoss || std::isinf(element.stiffness))) {
-        trimByBase(element.box, *base, *body);
-        element.targetVolume = measureInside(*body).volume;
+        trimByBase(element.box, *base, body);
+        body.tidy();
+        element.targetVolume = body.measure().volume;
     }
-    for (int n : element.neighbours) trimByNeighbour(element, all[size_t(n)], *body);
-    if (base) trimByBase(element.box, *base, *body);
-    tidy(*body);
-    const InsideMeasure m = measureInside(*body);
+    const CompactReader placed(element.placed);
+    for (int n : element.neighbours) trimByNeighbour(element, all[size_t(n)], placed, body);
+    if (base) trimByBase(element.box, *base, body);
+    body.tidy();
+    const InsideMeasure m = body.measure();
     element.bodyVolume = m.volume;
     element.bodyVoxels = m.voxels;
-    element.body = insideOf(*body);
+    element.body = body.inside();
     return body;
 }
 
-BodyTree::Ptr insideOf(const WorkTree& tree) {
-    auto inside = std::make_shared<BodyTree>(false);
-    auto tile = tree.cbeginValueAll();
-    tile.setMaxDepth(WorkTree::ValueAllCIter::LEAF_DEPTH - 1);
-    for (; tile; ++tile)
-        if (*tile < 0) inside->addTile(tile.getLevel(), tile.getBoundingBox().min(), true, true);
-    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
-        auto* out = inside->touchLeaf(leaf->origin());
-        const float* values = leaf->buffer().data();
-        for (openvdb::Index v = 0; v < 512; ++v) out->setActiveState(v, values[v] < 0);
-    }
-    return inside;
-}
-
-std::vector<MaskedBlock> findStrays(const BodyTree& body) {
+std::vector<MaskedBlock> findStrays(const BlockMasks& body) {
     std::vector<MaskedBlock> blocks;
-    CoordBBox box;
-    body.evalLeafBoundingBox(box);
-    if (box.empty()) return {};
-    BlockMask full;
-    full.fill(0xff);
-    forEachBlock(box, [&](const Coord& origin) {
-        if (const auto* leaf = body.probeConstLeaf(origin)) {
-            BlockMask mask;
-            for (size_t row = 0; row < 64; ++row)
-                mask[row] = leaf->getValueMask().template getWord<uint8_t>(openvdb::Index(row));
-            blocks.push_back({origin, mask});
-        } else if (body.getValue(origin)) {
-            blocks.push_back({origin, full});
-        }
+    forEachBlock(CoordBBox(body.numbers().lower(), body.numbers().upper()), [&](const Coord& origin) {
+        if (body.at(origin) != BlockNumbers::kOutside) blocks.push_back({origin, blockMask(body.mask(origin))});
     });
     return straysOf(blocks);
 }
 
-void erase(WorkTree& tree, const std::vector<MaskedBlock>& voxels) {
+void erase(CompactLevelSet& of, const std::vector<MaskedBlock>& voxels) {
+    BlockLevelSet blocks(of);
     for (const MaskedBlock& m : voxels) {
-        WorkLeaf* leaf = tree.touchLeaf(m.origin);
+        float* values = blocks.open(m.origin);
         for (int v = 0; v < 512; ++v)
-            if (testMask(m.mask, v))
-                leaf->setValueOnly(openvdb::Index(v), std::max(0.5f, std::abs(leaf->getValue(openvdb::Index(v)))));
+            if (testMask(m.mask, v)) values[v] = std::max(0.5f, std::abs(values[v]));
     }
+    blocks.tidy();
+    of = blocks.compact();
 }
 
 void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree* base, bool recoverBaseLoss,
@@ -174,13 +127,13 @@ void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree
         std::vector<std::vector<MaskedBlock>> strays(elements.size());
         each(open, [&](WorkElement& e) {
             trimElement(e, elements, base, recoverBaseLoss);
-            strays[size_t(e.id) - 1] = findStrays(*e.body);
+            strays[size_t(e.id) - 1] = findStrays(e.body);
         });
         std::vector<int> again;
         for (WorkElement& e : elements) {
             const auto& own = strays[size_t(e.id) - 1];
             if (own.empty()) continue;
-            erase(*e.placed, own);
+            erase(e.placed, own);
             again.push_back(e.id - 1);
             again.insert(again.end(), e.neighbours.begin(), e.neighbours.end());
             e.strays.insert(e.strays.end(), own.begin(), own.end());

@@ -3,8 +3,8 @@
 //   phi'_i = max(phi_i, -phi_B, max_j min(-phi_j, g_ij))
 // This is the CSG difference of i and the part of j on j's side of the bisector, fused over all neighbours.
 #include "pavel/core/run_context.h"
+#include "pavel/vdb/block_level_set.h"
 #include "pavel/vdb/element.h"
-#include "pavel/vdb/pieces.h"
 
 namespace pavel {
 
@@ -13,15 +13,13 @@ void findNeighbours(std::vector<WorkElement>& elements);
 
 /// Makes the body of one element from the placed level sets of its neighbours and the base (voxels, may be null).
 /// Reads the other elements' `placed` only: safe to run in parallel. Returns phi'.
-WorkTree::Ptr trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
+BlockLevelSet trimElement(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base,
                           bool recoverBaseLoss = true);
 
-/// Where a level set is negative: a leaf for each of its leaves.
-BodyTree::Ptr insideOf(const WorkTree& tree);
 /// The pieces besides the largest.
-std::vector<MaskedBlock> findStrays(const BodyTree& body);
+std::vector<MaskedBlock> findStrays(const BlockMasks& body);
 /// Turns voxels inside out: they become outside, without tearing the values beside them.
-void erase(WorkTree& tree, const std::vector<MaskedBlock>& voxels);
+void erase(CompactLevelSet& of, const std::vector<MaskedBlock>& voxels);
 
 /// Neighbours, bodies and contacts of all elements. A piece that the trim cuts off its element is erased from the
 /// placed level set, so that it goes to the next element that contains it, or is free.

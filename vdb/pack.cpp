@@ -121,9 +121,10 @@ std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields, 
         e.centre = e.indexFromElement.apply(field.centroid);
         e.size = field.bounds.diagonal() * e.indexFromElement.scale;
         if (deep && !std::isinf(e.stiffness)) e.deep = &field;
-        e.placed = voxelizePlacement(field, e.indexFromElement);
-        e.placed->evalLeafBoundingBox(e.box);
-        const InsideMeasure m = measureInside(*e.placed);
+        const BlockLevelSet shape = voxelizePlacement(field, e.indexFromElement);
+        e.placed = shape.compact();
+        e.box = e.placed.box();
+        const InsideMeasure m = shape.measure();
         e.placedVolume = m.volume;
         e.placedVoxels = m.voxels;
     });
@@ -357,7 +358,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             const auto release = [&](int j) {
                 if (!shapes.release(j)) return;
                 WorkElement& done = coarse[size_t(j)];
-                done.placed.reset(), done.body.reset(), done.contact.reset();
+                done.placed = {}, done.body = {}, done.contact.reset();
                 growth.drop(j);
             };
             release(element);

@@ -71,10 +71,30 @@ PAVEL_WIDE BlockMask negativeMask(const float* values) {
     return m;
 }
 
+PAVEL_WIDE bool nearMask(const float* values, float limit, BlockMask& mask) {
+    unsigned any = 0;
+    for (int row = 0; row < 64; ++row) {
+        unsigned bits = 0;
+        PAVEL_ROLLED
+        for (int z = 0; z < 8; ++z) bits |= unsigned(std::abs(values[row * 8 + z]) < limit) << z;
+        mask[size_t(row)] = uint8_t(bits);
+        any |= bits;
+    }
+    return any != 0;
+}
+
 WorkLeaf::NodeMaskType nodeMask(const BlockMask& m) {
     const Slabs slabs = slabsOf(m);
     WorkLeaf::NodeMaskType mask;
     for (openvdb::Index x = 0; x < 8; ++x) mask.getWord<uint64_t>(x) = slabs[x];
+    return mask;
+}
+
+BlockMask blockMask(const WorkLeaf::NodeMaskType& m) {
+    Slabs slabs;
+    for (openvdb::Index x = 0; x < 8; ++x) slabs[x] = m.getWord<uint64_t>(x);
+    BlockMask mask;
+    std::memcpy(mask.data(), slabs.data(), sizeof slabs);
     return mask;
 }
 

@@ -12,12 +12,15 @@ namespace pavel {
 using BlockMask = std::array<uint8_t, 64>;
 /// Where 512 values are negative.
 BlockMask negativeMask(const float* values);
+/// Where their magnitude is less than a limit; false where it is nowhere.
+bool nearMask(const float* values, float limit, BlockMask& mask);
 inline bool testMask(const BlockMask& m, int v) {
     return m[size_t(v >> 3)] >> (v & 7) & 1;
 }
 
-/// The same as OpenVDB keeps it.
+/// The same as OpenVDB keeps it, and back.
 WorkLeaf::NodeMaskType nodeMask(const BlockMask& m);
+BlockMask blockMask(const WorkLeaf::NodeMaskType& m);
 
 struct MaskedBlock {
     Coord origin;

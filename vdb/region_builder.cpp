@@ -22,7 +22,7 @@ std::vector<Coord> blocksOf(const WorkElement& e, const Front* front) {
     std::vector<Coord> blocks;
     if (!e.box.empty())
         forEachBlock(e.box, [&](const Coord& origin) {
-            if (e.placed->probeConstLeaf(origin) || e.placed->getValue(origin) < 0) blocks.push_back(origin);
+            if (e.placed.at(origin) != CompactLevelSet::kOutside) blocks.push_back(origin);
         });
     if (front)
         for (const GrowthBlock& b : front->blocks) blocks.push_back(b.origin);
@@ -140,10 +140,10 @@ bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
         if (block.grown) field.way = block.grown->way, field.scale = block.grown->scale;
         return &block != &FineShape::nothing();
     }
-    const WorkTree& placed = *elements_[size_t(i)].placed;
-    const WorkLeaf* leaf = placed.probeConstLeaf(origin);
-    const float tile = leaf ? 0 : placed.getValue(origin);
-    field.phi = field.way = leaf ? leaf->buffer().data() : uniformValues(tile < 0);
+    const CompactLevelSet& placed = elements_[size_t(i)].placed;
+    const int known = placed.at(origin);
+    if (known >= 0) placed.read(known, field.placed);
+    field.phi = field.way = known >= 0 ? field.placed : uniformValues(known == CompactLevelSet::kInside);
     if (const Front* front = fronts_[size_t(i)].get()) {
         if (const GrowthBlock* block = front->probe(origin)) {
             GrownBlock& made = field.made;
@@ -152,7 +152,7 @@ bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
             Front::CellField read;
             for (int cell = 0; cell < 8; ++cell) {
                 if (!block->cells[cell]) continue;
-                front->read(*block, cell, read);
+                front->read(*block, cell, field.phi, read);
                 const float* times = block->cells[cell]->time;
                 for (int k = 0; k < GrowthCell::kCount; k += 4) {
                     const int row = GrowthBlock::voxelOf(cell, k);
@@ -167,7 +167,7 @@ bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
             return true;
         }
     }
-    return leaf || tile < 0;
+    return known != CompactLevelSet::kOutside;
 }
 
 void RegionBuilder::clipBy(int i, int j, const Coord& origin, const OwnField& a, float* clip) const {
@@ -217,13 +217,14 @@ void RegionBuilder::addBlock(int i, const std::vector<int>& rivals, const Coord&
 
 Region RegionBuilder::build(int i) const {
     Region region(reach_[size_t(i)]);
-    const BodyTree& body = *elements_[size_t(i)].body;
+    const BlockMasks& body = elements_[size_t(i)].body;
     const Front* front = fronts_[size_t(i)].get();
     const std::vector<int> rivals = rivalsOf(i);
     forEachBlock(reach_[size_t(i)], [&](const Coord& origin) {
-        if (body.probeConstLeaf(origin) || (front && front->probe(origin)))
+        const int own = body.at(origin);
+        if (own >= 0 || (front && front->probe(origin)))
             addBlock(i, meeting(rivals, origin), origin, region);
-        else if (body.getValue(origin))
+        else if (own == BlockNumbers::kInside)
             region.fill(origin);
     });
     region.dropStrays();

@@ -10,7 +10,8 @@ struct OwnField {
     const float* phi = nullptr;    ///< distance to the placed surface
     const float* way = nullptr;    ///< as GrownBlock's; phi where there is no front
     const float* scale = nullptr;  ///< as GrownBlock's
-    GrownBlock made;               ///< holds the two where nobody else does
+    float placed[512];             ///< holds these where nobody else does
+    GrownBlock made;
 };
 
 /// Evaluates regions on a grid that is `factor` times (1 to 8) finer than the one the fronts marched on: arrival

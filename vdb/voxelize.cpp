@@ -278,23 +278,36 @@ void Placement::sampleDeep(const Coord& origin, int part, float* values) const {
     for (int k = 0; k < 64; ++k) values[voxelOf(part, k)] *= scale_;
 }
 
-WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement) {
+BlockLevelSet voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement) {
     std::vector<Vec3> centres;
     for (const Coord& origin : field.origins)
         centres.push_back(indexFromElement.apply((centreOf(origin) + Vec3(4, 4, 4)) * field.voxelSize));
+    const std::vector<Coord> candidates =
+        blocksAround(centres, 4 * std::sqrt(3.0) * field.voxelSize * indexFromElement.scale);
 
-    auto tree = std::make_shared<WorkTree>(kBand);
     const Placement placement(field, indexFromElement);
-    float values[WorkLeaf::SIZE];
-    for (const Coord& origin : blocksAround(centres, 4 * std::sqrt(3.0) * field.voxelSize * indexFromElement.scale)) {
+    CoordBBox box;
+    BlockLevelSet::Blocks near;
+    std::vector<Coord> filled;
+    float values[512];
+    BlockMask mask;
+    for (const Coord& origin : candidates) {
         if (placement.sample(origin, values) != Placement::kNear) continue;
-        WorkLeaf* leaf = tree->touchLeaf(origin);
-        std::copy(values, values + WorkLeaf::SIZE, leaf->buffer().data());
-        leaf->setValuesOn();
+        nearMask(values, kBand, mask);
+        if (!near.origins.empty()) {
+            // Blocks without values between two in a row are as the end of the first.
+            const Coord& last = near.origins.back();
+            constexpr size_t kEndOfRow = 7;
+            if (last[0] == origin[0] && last[1] == origin[1] && (*near.values)[near.values->size() - 512 + kEndOfRow] < 0)
+                for (int z = last[2] + 8; z < origin[2]; z += 8) filled.emplace_back(origin[0], origin[1], z);
+        }
+        near.add(origin, values, mask);
+        box.expand(CoordBBox(origin, origin.offsetBy(7)));
     }
-    constexpr openvdb::Index kAboveLeaves = 1;
-    openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand, true, 1, kAboveLeaves);
-    return tree;
+    BlockLevelSet shape(box, kBand);
+    shape.add(std::move(near));
+    for (const Coord& origin : filled) shape.fill(origin);
+    return shape;
 }
 
 }  // namespace pavel

@@ -2,7 +2,7 @@
 // From meshes to level sets: one canonical distance field per distinct element mesh, sampled under every placement.
 #include "pavel/core/frame.h"
 #include "pavel/core/mesh.h"
-#include "pavel/vdb/grid.h"
+#include "pavel/vdb/block_level_set.h"
 
 namespace pavel {
 
@@ -53,8 +53,8 @@ class Placement {
     float scale_;         // canonical voxels -> voxels
 };
 
-/// Level set of one placement, as Placement tells it.
-WorkTree::Ptr voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement);
+/// Level set of one placement, as Placement tells it, of band kBand.
+BlockLevelSet voxelizePlacement(const CanonicalField& field, const Frame& indexFromElement);
 
 /// Half width of the base's band in work, where no gap is left: only its surface matters.
 constexpr float kBaseBand = 2;

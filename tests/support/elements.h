@@ -8,6 +8,15 @@
 
 namespace pavel::test {
 
+/// Voxelises an element whose frame is known.
+inline void place(WorkElement& e, const CanonicalField& field) {
+    const BlockLevelSet shape = voxelizePlacement(field, e.indexFromElement);
+    e.placed = shape.compact();
+    e.box = e.placed.box();
+    const InsideMeasure m = shape.measure();
+    e.placedVolume = m.volume, e.placedVoxels = m.voxels;
+}
+
 /// One element of `mesh` (lengths in voxels) with its origin at each place.
 inline std::vector<WorkElement> elementsAt(const TriangleMesh& mesh, const std::vector<Vec3>& places) {
     openvdb::initialize();
@@ -19,11 +28,7 @@ inline std::vector<WorkElement> elementsAt(const TriangleMesh& mesh, const std::
         e.indexFromElement.origin = places[i];
         e.centre = e.indexFromElement.apply(field.centroid);
         e.size = field.bounds.diagonal();
-        e.placed = voxelizePlacement(field, e.indexFromElement);
-        e.placed->evalLeafBoundingBox(e.box);
-        const InsideMeasure m = measureInside(*e.placed);
-        e.placedVolume = m.volume;
-        e.placedVoxels = m.voxels;
+        place(e, field);
     }
     return elements;
 }

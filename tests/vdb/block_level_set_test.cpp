@@ -57,5 +57,49 @@ TEST(BlockLevelSet, DoesNotGrowByMoreThanAFewHundredths) {
     EXPECT_LT(grown, volume + 0.06 * area);
 }
 
+TEST(BlockLevelSet, IsSpreadOutAndPutAwayAgain) {
+    const BlockLevelSet first = ball(37);
+    const CompactLevelSet rest = first.compact();
+    const BlockLevelSet again(rest);
+    EXPECT_EQ(again.measure().voxels, first.measure().voxels);
+    EXPECT_NEAR(again.measure().volume, first.measure().volume, 1e-9 * first.measure().volume);
+    const BlockMasks inside = again.inside();
+    uint64_t voxels = 0;
+    for (auto c = rest.box().begin(); c; ++c) {
+        ASSERT_EQ(inside.isOn(*c), rest.getValue(*c) < 0) << *c;
+        voxels += inside.isOn(*c);
+    }
+    EXPECT_EQ(voxels, first.measure().voxels);
+}
+
+TEST(BlockLevelSet, BlocksAreOpenedClearedAndTidiedAway) {
+    BlockLevelSet blocks(ball(37).compact());
+    const CompactLevelSet before = blocks.compact();
+    const InsideMeasure whole = blocks.measure();
+    const Coord middle(0, 0, 0), beside(8, 0, 0);
+    ASSERT_EQ(before.at(middle), CompactLevelSet::kInside);
+    ASSERT_EQ(before.at(beside), CompactLevelSet::kInside);
+    EXPECT_FALSE(blocks.values(middle));
+    float* values = blocks.open(middle);
+    EXPECT_EQ(values[100], -kResultBand);
+    EXPECT_EQ(blocks.values(middle), values);
+    EXPECT_EQ(blocks.measure().voxels, whole.voxels);
+    blocks.tidy();  // unchanged, it lies inside again
+    EXPECT_FALSE(blocks.values(middle));
+    EXPECT_EQ(blocks.compact().size(), before.size());
+    blocks.open(middle)[100] = 1;
+    blocks.clear(beside);
+    blocks.tidy();
+    EXPECT_EQ(blocks.measure().voxels, whole.voxels - 513);
+    EXPECT_EQ(blocks.compact().size(), before.size() + 1);
+    EXPECT_EQ(blocks.compact().getValue(beside), kResultBand);
+    EXPECT_FALSE(blocks.inside().isOn(Coord(1, 4, 4)));  // 100 = 64 + 4 * 8 + 4
+    EXPECT_TRUE(blocks.inside().isOn(Coord(1, 4, 5)));
+    blocks.clear(before.origin(0));
+    blocks.tidy();
+    EXPECT_EQ(blocks.compact().size(), before.size());
+    EXPECT_EQ(blocks.compact().at(before.origin(0)), CompactLevelSet::kOutside);
+}
+
 }  // namespace
 }  // namespace pavel

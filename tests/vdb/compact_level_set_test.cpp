@@ -42,22 +42,27 @@ TEST(CompactLevelSet, IsReadByBlocks) {
     CoordBBox leaves;
     tree->evalLeafBoundingBox(leaves);
     EXPECT_EQ(compact.box(), leaves);
-    size_t blocks = 0, filled = 0;
-    compact.forEachBlock([&](const Coord& origin) {
-        ++blocks;
-        EXPECT_TRUE(tree->probeConstLeaf(origin)) << origin;
-    });
-    EXPECT_EQ(blocks, tree->leafCount());
+    EXPECT_EQ(compact.size(), tree->leafCount());
+    size_t filled = 0;
+    const CompactReader reader(compact);
     forEachBlock(CoordBBox(leaves.min().offsetBy(-8), leaves.max().offsetBy(8)), [&](const Coord& origin) {
-        float values[512], tile;
+        float values[512];
         const WorkLeaf* leaf = tree->probeConstLeaf(origin);
-        ASSERT_EQ(compact.read(origin, values, tile), leaf != nullptr) << origin;
-        if (!leaf) {
-            EXPECT_EQ(tile, tree->getValue(origin)) << origin;
-            filled += tile < 0 ? 512 : 0;
-            return;
+        const int block = compact.at(origin);
+        compact.read(block, values);
+        ASSERT_EQ(block >= 0, leaf != nullptr) << origin;
+        ASSERT_EQ(reader.probe(origin) != nullptr, leaf != nullptr) << origin;
+        if (leaf)
+            EXPECT_EQ(compact.origin(block), origin);
+        else
+            filled += values[0] < 0 ? 512 : 0;
+        for (int v = 0; v < 512; ++v) {
+            const Coord c = origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v));
+            ASSERT_EQ(values[v], tree->getValue(c)) << c;
+            ASSERT_EQ(compact.value(block, v), values[v]) << c;
+            ASSERT_EQ(compact.getValue(c), values[v]) << c;
+            ASSERT_EQ(reader.getValue(c), values[v]) << c;
         }
-        for (int v = 0; v < 512; ++v) ASSERT_EQ(values[v], leaf->buffer().data()[v]) << origin << " " << v;
     });
     EXPECT_GT(filled, 0u);
     compact.forEachFilled([&](const Coord& lo, const Coord& hi) {
@@ -73,9 +78,8 @@ TEST(CompactLevelSet, IsReadByBlocks) {
 TEST(CompactLevelSet, OfNothingIsNothing) {
     EXPECT_TRUE(CompactLevelSet().empty());
     EXPECT_TRUE(CompactLevelSet().box().empty());
-    float values[512], tile;
-    EXPECT_FALSE(CompactLevelSet().read(Coord(0, 0, 0), values, tile));
-    EXPECT_GE(tile, 0);
+    EXPECT_EQ(CompactLevelSet().at(Coord(0, 0, 0)), CompactLevelSet::kOutside);
+    EXPECT_GE(CompactLevelSet().getValue(Coord(0, 0, 0)), 0);
     EXPECT_FALSE(CompactLevelSet().tree());
 }
 

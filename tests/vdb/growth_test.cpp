@@ -117,7 +117,7 @@ TEST(Growth, TimesAreKnownOnBothSidesOfTheEndHoweverSlowTheFront) {
                     const double speed =
                         recoveryFunction((*front.element.contact)(centreOf(c)) / front.element.size, front.a, front.b);
                     // It does not go where its speed ends, nor far into what the other holds.
-                    if (speed <= 0 || sampleAt(*p.elements[0].placed, centreOf(c)) < 0 ||
+                    if (speed <= 0 || sampleAt(p.elements[0].placed, centreOf(c)) < 0 ||
                         sampleAt(*p.packed[1], centreOf(c)) < 1)
                         continue;
                     ASSERT_TRUE(other && other->hasTime(n)) << c;
@@ -156,7 +156,7 @@ TEST(Growth, FreeSurfaceIsAsSmoothAsAnUngrownOne) {
     const auto angles = [&](const WorkTree& tree) {
         return dihedralAngles(levelSetMesh(*toFloatGrid(tree), 1), grown);
     };
-    const std::vector<double> after = angles(*p.packed[0]), before = angles(*e.placed);
+    const std::vector<double> after = angles(*p.packed[0]), before = angles(*e.placed.tree());
     ASSERT_GT(after.size(), 1000u);
     const auto mean = [](const std::vector<double>& a) {
         return std::accumulate(a.begin(), a.end(), 0.0) / double(a.size());

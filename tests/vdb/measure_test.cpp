@@ -82,13 +82,14 @@ TEST(Voxelize, RotatedPlacementIsTheSameSolid) {
     const TriangleMesh box = test::box({-12, -8, 0}, {12, 8, 10});
     const CanonicalField field = makeCanonicalField(box, 1, 0.9, 1.1);
     Frame f = frameFromNormal({3.3, 4.4, 5.5}, {1, 2, 3}, {1, 0, 0}, 33, 1.1);
-    const auto tree = voxelizePlacement(field, f);
-    EXPECT_NEAR(measureInside(*tree).volume / (24 * 16 * 10 * 1.1 * 1.1 * 1.1), 1, 4e-3);
+    const BlockLevelSet blocks = voxelizePlacement(field, f);
+    EXPECT_NEAR(blocks.measure().volume / (24 * 16 * 10 * 1.1 * 1.1 * 1.1), 1, 4e-3);
     // distance to a face's plane, at a point outside its middle
-    const WorkReader reader(*tree);
+    const CompactLevelSet shape = blocks.compact();
+    const CompactReader reader(shape);
     EXPECT_NEAR(sampleAt(reader, f.apply({0, 0, 10 + 2 / 1.1})), 2, 0.05);
     EXPECT_NEAR(sampleAt(reader, f.apply({0, 0, 10 - 2 / 1.1})), -2, 0.05);
-    EXPECT_LT(tree->getValue(Coord(int(f.apply({0, 0, 5})[0]), int(f.apply({0, 0, 5})[1]), int(f.apply({0, 0, 5})[2]))),
+    EXPECT_LT(shape.getValue(Coord(int(f.apply({0, 0, 5})[0]), int(f.apply({0, 0, 5})[1]), int(f.apply({0, 0, 5})[2]))),
               0);
 }
 

@@ -20,8 +20,9 @@ TEST(Trim, EqualSpheresLoseTheirCapsAndMeetInTheBisector) {
         EXPECT_TRUE(w.strays.empty());
     }
     // On the bisector both bodies are at zero; bodies are disjoint.
-    const WorkTree::Ptr first = trimElement(e[0], e, nullptr), second = trimElement(e[1], e, nullptr);
-    const WorkReader a(*first), b(*second);
+    const CompactLevelSet first = trimElement(e[0], e, nullptr).compact(),
+                          second = trimElement(e[1], e, nullptr).compact();
+    const CompactReader a(first), b(second);
     const Vec3 middle = 0.5 * (e[0].centre + e[1].centre), n = normalized(e[1].centre - e[0].centre),
                u = anyPerpendicular(n), v = cross(n, u);
     for (double s = -10; s <= 10; s += 2.5)
@@ -30,7 +31,8 @@ TEST(Trim, EqualSpheresLoseTheirCapsAndMeetInTheBisector) {
             EXPECT_NEAR(sampleAt(a, p), 0, 1e-3);
             EXPECT_NEAR(sampleAt(b, p), 0, 1e-3);
         }
-    for (auto it = first->cbeginValueAll(); it; ++it) {
+    const WorkTree::Ptr tree = first.tree();
+    for (auto it = tree->cbeginValueAll(); it; ++it) {
         if (!it.isVoxelValue() || *it >= 0) continue;
         EXPECT_GE(b.getValue(it.getCoord()), 0);
     }
@@ -47,7 +49,7 @@ TEST(Trim, AgreesWithTheVdbBooleanOperation) {
         openvdb::tools::signedFloodFill(g->tree());
         return g;
     };
-    auto own = gridOf(*e[0].placed), cutter = gridOf(*e[1].placed);
+    auto own = gridOf(*e[0].placed.tree()), cutter = gridOf(*e[1].placed.tree());
     const Bisector g(e[0], e[1]);
     auto half = openvdb::FloatGrid::create(kBand);
     const CoordBBox box(Coord(-40), Coord(80));
@@ -57,8 +59,8 @@ TEST(Trim, AgreesWithTheVdbBooleanOperation) {
     }
     openvdb::tools::csgIntersection(*cutter, *half);
     openvdb::tools::csgDifference(*own, *cutter);
-    const WorkTree::Ptr trimmed = trimElement(e[0], e, nullptr);
-    const WorkReader body(*trimmed);
+    const CompactLevelSet trimmed = trimElement(e[0], e, nullptr).compact();
+    const CompactReader body(trimmed);
     size_t compared = 0;
     for (auto it = own->cbeginValueOn(); it; ++it) {
         if (!it.isVoxelValue() || std::abs(*it) > 1.5) continue;
@@ -102,8 +104,9 @@ TEST(Trim, StifferSphereKeepsMoreAndNothingIsLostBetweenThem) {
     EXPECT_NEAR((e[0].lost() + e[1].lost()) / lens, 1, 0.01);
     EXPECT_LT(e[0].lost(), 0.7 * e[1].lost());
     // The face is a sphere of Apollonius: |x - c0| / 1.5 = |x - c1|.
-    const WorkTree::Ptr first = trimElement(e[0], e, nullptr), second = trimElement(e[1], e, nullptr);
-    const WorkReader a(*first), b(*second);
+    const CompactLevelSet first = trimElement(e[0], e, nullptr).compact(),
+                          second = trimElement(e[1], e, nullptr).compact();
+    const CompactReader a(first), b(second);
     const double x = d * 1.5 / 2.5;
     EXPECT_NEAR(sampleAt(a, {x, 0, 0}), 0, 0.02);
     EXPECT_NEAR(sampleAt(b, {x, 0, 0}), 0, 0.02);
@@ -211,10 +214,7 @@ struct DeepElements {
             e.centre = frames[i].apply(field->centroid);
             e.size = field->bounds.diagonal();
             e.deep = field.get();
-            e.placed = voxelizePlacement(*field, frames[i]);
-            e.placed->evalLeafBoundingBox(e.box);
-            const InsideMeasure m = measureInside(*e.placed);
-            e.placedVolume = m.volume, e.placedVoxels = m.voxels;
+            test::place(e, *field);
             elements.push_back(e);
         }
     }
@@ -267,12 +267,9 @@ TEST(Bisector, BlocksTellTheSameAsPoints) {
                 const Bisector g(mine, other);
                 size_t near = 0;
                 forEachBlock(mine.box, [&](const Coord& origin) {
-                    const auto valuesOf = [&](const WorkTree& tree) {
-                        const WorkLeaf* leaf = tree.probeConstLeaf(origin);
-                        return leaf ? leaf->buffer().data() : uniformValues(tree.getValue(origin) < 0);
-                    };
-                    const float *phi = valuesOf(*mine.placed), *theirs = valuesOf(*other.placed);
-                    float values[512];
+                    float phi[512], theirs[512], values[512];
+                    mine.placed.read(mine.placed.at(origin), phi);
+                    other.placed.read(other.placed.at(origin), theirs);
                     g.over(origin, 1, phi, theirs, values);
                     for (int v = 0; v < 512; ++v) {
                         if (phi[v] >= kBand || theirs[v] >= kBand) continue;
@@ -298,21 +295,22 @@ TEST(Islands, TheLargestPieceStays) {
     };
     fill({Coord(0, 0, 0), Coord(20, 6, 6)});
     fill({Coord(30, 0, 0), Coord(32, 2, 2)});
-    const auto strays = findStrays(*insideOf(tree));
+    CompactLevelSet shape(tree);
+    const auto strays = findStrays(BlockLevelSet(shape).inside());
     size_t voxels = 0;
     for (const MaskedBlock& m : strays)
         for (int v = 0; v < 512; ++v) voxels += testMask(m.mask, v);
     EXPECT_EQ(voxels, 27u);
-    erase(tree, strays);
-    EXPECT_LT(tree.getValue(Coord(20, 6, 6)), 0);
-    EXPECT_GT(tree.getValue(Coord(31, 1, 1)), 0);
-    EXPECT_TRUE(findStrays(*insideOf(tree)).empty());
+    erase(shape, strays);
+    EXPECT_LT(shape.getValue(Coord(20, 6, 6)), 0);
+    EXPECT_GT(shape.getValue(Coord(31, 1, 1)), 0);
+    EXPECT_TRUE(findStrays(BlockLevelSet(shape).inside()).empty());
 }
 
 TEST(Islands, PiecesJoinedAcrossBlocksAreOne) {
     WorkTree tree(kBand);
     for (int x = -20; x < 40; ++x) tree.setValue(Coord(x, 7, 8), -1);
-    EXPECT_TRUE(findStrays(*insideOf(tree)).empty());
+    EXPECT_TRUE(findStrays(BlockLevelSet(CompactLevelSet(tree)).inside()).empty());
 }
 
 }  // namespace
