@@ -86,8 +86,8 @@ Vec3f awayFrom(const Vec3& taken, const Vec3& surface) {
     return l > 0.05 ? Vec3f(along / l) : Vec3f{0, 0, 0};
 }
 
-/// A rim passes no farther than this from a voxel next to it: half a voxel's diagonal.
-constexpr float kBeside = 0.87f;
+/// Voxels no farther than this from both surfaces lie densely enough along any rim to start from.
+constexpr float kBeside = 0.6f;
 
 /// What another keeps, in a block.
 PAVEL_WIDE void keptBy(const float* theirs, const float* bisector, float* kept) {

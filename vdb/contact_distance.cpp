@@ -114,13 +114,12 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
     }
 }
 
-/// Squared distance to the nearest piece, and which that is where it is nearer than `best`.
-[[gnu::always_inline]] inline float nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p, float best,
-                                              int& piece) {
+/// The nearest of the pieces.
+[[gnu::always_inline]] inline int nearestIn(const std::vector<RimLanes>& lanes, const Vec3f& p) {
     float least[RimLanes::kCount], d2[RimLanes::kCount];
     int lane[RimLanes::kCount];
-    std::fill(least, least + RimLanes::kCount, best);
-    std::fill(lane, lane + RimLanes::kCount, -1);
+    std::fill(least, least + RimLanes::kCount, 1e30f);
+    std::fill(lane, lane + RimLanes::kCount, 0);
     for (int i = 0; i < int(lanes.size()); ++i) {
         distances2(lanes[size_t(i)], p, d2);
         PAVEL_ROLLED
@@ -129,12 +128,10 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
             least[k] = d2[k] < least[k] ? d2[k] : least[k];
         }
     }
-    int nearest = -1;
-    for (int k = 0; k < RimLanes::kCount; ++k)
-        if (least[k] < best || (least[k] == best && nearest >= 0 && lane[k] < lane[nearest]))
-            best = least[k], nearest = k;
-    if (nearest >= 0) piece = lane[nearest] * RimLanes::kCount + nearest;
-    return best;
+    int nearest = 0;
+    for (int k = 1; k < RimLanes::kCount; ++k)
+        if (least[k] < least[nearest] || (least[k] == least[nearest] && lane[k] < lane[nearest])) nearest = k;
+    return lane[nearest] * RimLanes::kCount + nearest;
 }
 
 }  // namespace
@@ -226,29 +223,15 @@ Vec3f ContactDistance::Near::nearestOn(int piece, const Vec3f& p) const {
     return middle + along * s + bend.curvature * (0.5f * s * s);
 }
 
-PAVEL_WIDE ContactDistance::Foot ContactDistance::nearest(const Vec3& p) const {
-    const Vec3f q = Vec3f(p);
-    float best = 1e30f;
-    Foot foot{p};
-    for (const Rim& rim : rims_) {
-        int piece = -1;
-        best = nearestIn(rim.lanes, q, best, piece);
-        if (piece < 0) continue;
-        const Vec3f on = rim.lanes[size_t(piece / RimLanes::kCount)].nearestOn(piece % RimLanes::kCount, q);
-        const Vec3f& away = rim.away[size_t(piece)];
-        foot.rim = Vec3(on[0], on[1], on[2]);
-        foot.away = dot(p - foot.rim, Vec3(away[0], away[1], away[2]));
-    }
-    return foot;
-}
-
-PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
+PAVEL_WIDE ContactDistance::Measure ContactDistance::measure(const Vec3& p) const {
     const Vec3f q = Vec3f(p);
     double sum = 0;
-    for (const Rim& rim : rims_) {
+    float closest = 1e30f;
+    int nearest = -1;
+    for (int r = 0; r < int(rims_.size()); ++r) {
         float best[RimLanes::kCount], d2[RimLanes::kCount];
         std::fill(best, best + RimLanes::kCount, 1e30f);
-        for (const RimLanes& l : rim.lanes) {
+        for (const RimLanes& l : rims_[size_t(r)].lanes) {
             distances2(l, q, d2);
             PAVEL_ROLLED
             for (int k = 0; k < RimLanes::kCount; ++k) best[k] = d2[k] < best[k] ? d2[k] : best[k];
@@ -257,12 +240,26 @@ PAVEL_WIDE double ContactDistance::operator()(const Vec3& p) const {
             PAVEL_ROLLED
             for (int k = 0; k < n; ++k) best[k] = best[k + n] < best[k] ? best[k + n] : best[k];
         }
+        nearest = best[0] < closest ? r : nearest;
+        closest = best[0] < closest ? best[0] : closest;
         const double least = best[0];
-        if (least < 1e-8) return 0;
         sum += 1 / (least * least);  // d^-4
     }
     static_assert(kExponent == 4, "the sum above spells the exponent out");
-    return sum > 0 ? 1 / std::sqrt(std::sqrt(sum)) : 1e9;
+    if (nearest < 0) return {1e9, -1};
+    if (closest < 1e-8f) return {0, -1};
+    return {1 / std::sqrt(std::sqrt(sum)), nearest};
+}
+
+PAVEL_WIDE ContactDistance::Foot ContactDistance::footOn(int nearest, const Vec3& p) const {
+    if (nearest < 0) return {p};
+    const Rim& rim = rims_[size_t(nearest)];
+    const Vec3f q = Vec3f(p);
+    const int piece = nearestIn(rim.lanes, q);
+    const Vec3f on = rim.lanes[size_t(piece / RimLanes::kCount)].nearestOn(piece % RimLanes::kCount, q);
+    const Vec3f& away = rim.away[size_t(piece)];
+    const Vec3 foot(on[0], on[1], on[2]);
+    return {foot, dot(p - foot, Vec3(away[0], away[1], away[2]))};
 }
 
 }  // namespace pavel

@@ -41,14 +41,22 @@ class ContactDistance {
     void addRim(const std::vector<RimPoint>& points, const std::function<Vec3f(const Vec3f&)>& settle = {});
     bool empty() const { return rims_.empty(); }
     /// Distance in voxels; 1e9 where there is no contact. O(pieces), eight at a time: a search tree is slower.
-    double operator()(const Vec3& p) const;
+    double operator()(const Vec3& p) const { return measure(p).distance; }
     /// The point on a rim that is nearest to p, and how far from it p lies along the element's free surface: negative
     /// on the side of the shared one. p itself where there is no contact.
     struct Foot {
         Vec3 rim;
         double away = 0;
     };
-    Foot nearest(const Vec3& p) const;
+    Foot nearest(const Vec3& p) const { return footOn(measure(p).rim, p); }
+    /// The distance, and which rim is nearest (negative where there is none, or p lies on one), whose foot may be asked
+    /// for afterwards.
+    struct Measure {
+        double distance;
+        int rim;
+    };
+    Measure measure(const Vec3& p) const;
+    Foot footOn(int rim, const Vec3& p) const;
     /// Middles of the pieces of one rim.
     std::vector<Vec3f> rimPoints(size_t rim) const;
     size_t rimCount() const { return rims_.size(); }

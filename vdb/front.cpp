@@ -104,8 +104,12 @@ double Front::speedAt(double contact) const {
 
 double Front::speedOf(GrowthBlock* block, int v) {
     float& contact = touch(*block, v).contact[inCell(v)];
-    if (contact < 0)
-        contact = float((*element.contact)(centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));
+    if (contact < 0) {
+        const Vec3 p = centreOf(block->origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
+        const ContactDistance::Measure m = element.contact->measure(p);
+        contact = float(m.distance);
+        nearestRim_ = m.rim, rimAskedFor_ = keyOf(*block, v);
+    }
     return speedAt(contact);
 }
 
@@ -136,7 +140,9 @@ double Front::wedgeArrival(const GrowthBlock& block, int v) const {
     const double phi = block.placedAt(v);
     if (phi <= 0 || phi > 3) return kNever;
     const Vec3 p = centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
-    return wedgeArrival(p, phi, d, element.contact->nearest(p), kTrusted);
+    const ContactDistance& contact = *element.contact;
+    const int rim = rimAskedFor_ == keyOf(block, v) ? nearestRim_ : contact.measure(p).rim;
+    return wedgeArrival(p, phi, d, contact.footOn(rim, p), kTrusted);
 }
 
 void Front::push(GrowthBlock* block, int v, double time) {
@@ -147,7 +153,7 @@ void Front::push(GrowthBlock* block, int v, double time) {
     changed_ = true;
     cell.time[i] = t;
     cell.state[i] = kTrial;
-    heap_.push({t, uint32_t(block->number) * 512 + uint32_t(v)});
+    heap_.push({t, keyOf(*block, v)});
 }
 
 void Front::start() {
@@ -226,7 +232,7 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
             return;
         }
         state = kReal;
-        if (claiming) claimed_.push_back({time, uint32_t(block->number) * 512 + uint32_t(v)});
+        if (claiming) claimed_.push_back({time, keyOf(*block, v)});
     } else {
         state = besideReal ? kGhost : kDeepGhost;
         if (!besideReal && !besideGhost) {
@@ -269,7 +275,7 @@ void Front::pushBeside(GrowthBlock* block, int v, const std::vector<float>& stop
         const bool waits = other->hasTime(n);  // its time is no later than its wedge's
         push(other, n, waits ? t : std::min(t, wedgeArrival(*other, n)));
     }
-    if (leftOut) leftOut_.push_back(uint32_t(block->number) * 512 + uint32_t(v));
+    if (leftOut) leftOut_.push_back(keyOf(*block, v));
 }
 
 void Front::march(double until, const std::vector<float>& stopTimes, bool claiming) {

@@ -148,6 +148,7 @@ class Front {
         bool operator<(const Arrival& o) const { return key > o.key; }  // the earliest on top of a heap
     };
     using Queue = boost::heap::d_ary_heap<Arrival, boost::heap::arity<4>>;
+    static uint32_t keyOf(const GrowthBlock& block, int v) { return uint32_t(block.number) * 512 + uint32_t(v); }
     GrowthBlock* make(const Coord& origin);
     /// Neighbouring voxel: its block (null where there is none) and index.
     static GrowthBlock* step(GrowthBlock* block, int v, int side, int& n) {
@@ -182,6 +183,8 @@ class Front {
     static constexpr int kChunk = 8;
     std::vector<std::unique_ptr<GrowthCell[]>> cells_;  // a deque would ask for memory for each
     int usedOfLast_ = kChunk;
+    int nearestRim_ = -1;                  // of the voxel whose contact distance was asked for last
+    uint32_t rimAskedFor_ = uint32_t(-1);  // that voxel
     Queue heap_;
     double speed_ = 0;  // of the waiting front, where it is known
     bool speedKnown_ = false;
