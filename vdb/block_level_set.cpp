@@ -147,7 +147,7 @@ CompactLevelSet BlockLevelSet::compact() const {
 }
 
 BlockMasks BlockLevelSet::inside() const {
-    BlockMasks masks(numbers_);
+    BlockMasks masks(numbers_, origins_.size());
     for (size_t b = 0; b < origins_.size(); ++b) masks.add(origins_[b], nodeMask(negativeMask(values_[b])));
     return masks;
 }

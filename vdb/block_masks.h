@@ -12,8 +12,10 @@ class BlockMasks {
   public:
     /// Nothing.
     BlockMasks() = default;
-    /// With what lies inside told already.
-    explicit BlockMasks(const BlockNumbers& numbers) : numbers_(numbers) {}
+    /// With what lies inside told already. @param blocks room for so many
+    BlockMasks(const BlockNumbers& numbers, size_t blocks) : numbers_(numbers) {
+        origins_.reserve(blocks), masks_.reserve(blocks);
+    }
     /// A block that may be empty or full.
     void add(const Coord& origin, const VoxelMask& mask) {
         numbers_.set(origin, int(masks_.size()));

@@ -43,7 +43,8 @@ ClaimBlock* ClaimMap::block(const Coord& origin) {
 
 std::unique_ptr<ClaimBlock> ClaimMap::make(const Coord& origin) const {
     VoxelMask bodies;
-    for (int i : index_.meeting(CoordBBox(origin, origin.offsetBy(7)))) bodies |= elements_[size_t(i)].body.mask(origin);
+    for (int i : index_.meeting(CoordBBox(origin, origin.offsetBy(7))))
+        bodies |= elements_[size_t(i)].body.mask(origin);
     if (base_) {
         if (const auto* leaf = base_->probeConstLeaf(origin))
             bodies |= nodeMask(negativeMask(leaf->buffer().data()));

@@ -58,7 +58,7 @@ class CompactLevelSet {
     /// Around all blocks; empty where there is none.
     CoordBBox box() const;
     bool empty() const { return blocks_.empty(); }
-    uint64_t activeVoxels() const { return values_.size(); }
+    uint64_t activeVoxels() const { return values_.empty() ? 0 : values_.size() - kPad; }
 
   private:
     struct Block {
@@ -71,7 +71,8 @@ class CompactLevelSet {
     float background_ = 0;
     BlockNumbers numbers_;
     std::vector<Block> blocks_;
-    std::vector<float> values_;  // active ones, block by block
+    static constexpr size_t kPad = 8;  // so that rows of eight can be read at the end, too
+    std::vector<float> values_;        // active ones, block by block, and the pad
 };
 
 inline float CompactLevelSet::Block::value(int v, const float* values, float background) const {

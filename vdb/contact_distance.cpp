@@ -74,12 +74,13 @@ void RimLanes::set(int k, const Vec3f& m, const Vec3f& t) {
     tx[k] = t[0], ty[k] = t[1], tz[k] = t[2];
 }
 
-Vec3f RimLanes::nearestOn(int k, const Vec3f& p) const {
-    const Vec3f m{x[k], y[k], z[k]}, t{tx[k], ty[k], tz[k]}, v = p - m;
+namespace {
+
+/// The point of a piece that is nearest.
+[[gnu::always_inline]] inline Vec3f nearestOn(const RimLanes& l, int k, const Vec3f& p) {
+    const Vec3f m{l.x[k], l.y[k], l.z[k]}, t{l.tx[k], l.ty[k], l.tz[k]}, v = p - m;
     return m + t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
 }
-
-namespace {
 
 /// A point's way along the free surface, if those around it agree: where a rim bends round a corner, it tells no side.
 Vec3f awayAt(const std::vector<RimPoint>& points, const RimPoint& at) {
@@ -256,7 +257,7 @@ PAVEL_WIDE ContactDistance::Foot ContactDistance::footOn(int nearest, const Vec3
     const Rim& rim = rims_[size_t(nearest)];
     const Vec3f q = Vec3f(p);
     const int piece = nearestIn(rim.lanes, q);
-    const Vec3f on = rim.lanes[size_t(piece / RimLanes::kCount)].nearestOn(piece % RimLanes::kCount, q);
+    const Vec3f on = nearestOn(rim.lanes[size_t(piece / RimLanes::kCount)], piece % RimLanes::kCount, q);
     const Vec3f& away = rim.away[size_t(piece)];
     const Vec3 foot(on[0], on[1], on[2]);
     return {foot, dot(p - foot, Vec3(away[0], away[1], away[2]))};

@@ -19,7 +19,6 @@ struct RimLanes {
     static constexpr int kCount = 8;
     float x[kCount], y[kCount], z[kCount], tx[kCount], ty[kCount], tz[kCount];
     void set(int k, const Vec3f& middle, const Vec3f& along);
-    Vec3f nearestOn(int k, const Vec3f& p) const;
 };
 
 /// How a piece of rim bends: its curvature vector, and for how far on each side that holds.

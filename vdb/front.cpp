@@ -239,7 +239,8 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
             state = kFar;
             time = kNever;
         }
-        if (state != kGhost) return;
+        // Past the end, times are asked for beside a body's surface, not in it.
+        if (state != kGhost || (limits_ && claimTime(block->claims->at(v)) == 0)) return;
     }
     pushBeside(block, v, stopTimes);
 }

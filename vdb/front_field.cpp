@@ -49,8 +49,7 @@ PAVEL_WIDE void readCell(const GrowthCell& cell, const Speed& speed, float stopT
 }  // namespace
 
 void Front::read(const GrowthBlock& block, int cell, const float* placed, CellField& out) const {
-    for (int i = 0; i < GrowthCell::kCount; i += 4)
-        std::copy_n(placed + GrowthBlock::voxelOf(cell, i), 4, out.phi + i);
+    for (int i = 0; i < GrowthCell::kCount; i += 4) std::copy_n(placed + GrowthBlock::voxelOf(cell, i), 4, out.phi + i);
     readCell(*block.cells[cell], Speed(*this), stopTime, out);
 }
 

@@ -298,7 +298,8 @@ BlockLevelSet voxelizePlacement(const CanonicalField& field, const Frame& indexF
             // Blocks without values between two in a row are as the end of the first.
             const Coord& last = near.origins.back();
             constexpr size_t kEndOfRow = 7;
-            if (last[0] == origin[0] && last[1] == origin[1] && (*near.values)[near.values->size() - 512 + kEndOfRow] < 0)
+            if (last[0] == origin[0] && last[1] == origin[1] &&
+                (*near.values)[near.values->size() - 512 + kEndOfRow] < 0)
                 for (int z = last[2] + 8; z < origin[2]; z += 8) filled.emplace_back(origin[0], origin[1], z);
         }
         near.add(origin, values, mask);
