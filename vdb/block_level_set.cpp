@@ -62,11 +62,15 @@ void BlockLevelSet::tidy() {
     size_t kept = 0;
     for (size_t b = 0; b < origins_.size(); ++b) {
         if (numbers_.at(origins_[b]) != int(b)) continue;  // cleared
-        if (nearMask(values_[b], band_, near_[kept])) {
+        const float* values = values_[b];
+        const bool inside = values[0] < 0;
+        const auto otherSide = [&](float v) { return (v < 0) != inside; };
+        // What was erased deep inside is torn, not near.
+        if (nearMask(values, band_, near_[kept]) || std::any_of(values, values + 512, otherSide)) {
             numbers_.set(origins_[b], int(kept));
             origins_[kept] = origins_[b], values_[kept] = values_[b];
             ++kept;
-        } else if (values_[b][0] < 0) {
+        } else if (inside) {
             fill(origins_[b]);
         } else {
             numbers_.set(origins_[b], BlockNumbers::kOutside);

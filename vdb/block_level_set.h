@@ -37,7 +37,7 @@ class BlockLevelSet {
     float* open(const Coord& origin);
     /// A block, whatever it was, comes to lie outside.
     void clear(const Coord& origin);
-    /// To be called after changes: blocks with no value within the band come to lie outside or inside.
+    /// To be called after changes: blocks of one side with no value within the band come to lie there.
     void tidy();
 
     /// Moves the surface by hundredths of a voxel until its volume is the target, or no more than it where `growing` is

@@ -2,7 +2,7 @@
 
 namespace pavel {
 
-BlockBox::BlockBox(const CoordBBox& box) : lower_(leafOrigin(box.min())) {
+BlockBox::BlockBox(const CoordBBox& box) : lower_(box.empty() ? Coord(0) : leafOrigin(box.min())) {
     const Coord hi = leafOrigin(box.max());
     for (int k = 0; k < 3; ++k) count_[k] = box.empty() ? 0 : (hi[k] - lower_[k]) / 8 + 1;
 }

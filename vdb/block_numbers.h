@@ -47,8 +47,7 @@ class BlockNumbers {
     /// Of the blocks at the faces -x +x -y +y -z +z of one.
     std::array<int, 6> beside(const Coord& origin) const;
     bool holds(const Coord& origin) const { return box_.index(origin) >= 0; }
-    /// Of the box, and those with a number or state.
-    size_t size() const { return numbers_.size(); }
+    /// How many have a number or state.
     size_t count(int number) const { return size_t(std::count(numbers_.begin(), numbers_.end(), number)); }
     void set(const Coord& origin, int number) { numbers_[size_t(box_.index(origin))] = number; }
     /// Leaf origins of the first and last blocks that may exist.

@@ -12,7 +12,8 @@ namespace {
 
 CoordBBox leafBox(const WorkTree& tree) {
     CoordBBox box;
-    tree.evalLeafBoundingBox(box);
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)  // those without active voxels, too
+        box.expand(CoordBBox(leaf->origin(), leaf->origin().offsetBy(7)));
     return box;
 }
 

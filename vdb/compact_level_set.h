@@ -68,7 +68,7 @@ class CompactLevelSet {
         uint16_t before[8];  // how many of them come before those of a mask's word
         float value(int v, const float* values, float background) const;
     };
-    float background_ = 0;
+    float background_ = kResultBand;
     BlockNumbers numbers_;
     std::vector<Block> blocks_;
     static constexpr size_t kPad = 8;  // so that rows of eight can be read at the end, too

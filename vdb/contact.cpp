@@ -86,8 +86,9 @@ Vec3f awayFrom(const Vec3& taken, const Vec3& surface) {
     return l > 0.05 ? Vec3f(along / l) : Vec3f{0, 0, 0};
 }
 
-/// Voxels no farther than this from both surfaces lie densely enough along any rim to start from.
-constexpr float kBeside = 0.6f;
+/// Voxels to start from are no farther than this from both surfaces: half the diagonal of a square, so that there is
+/// one in every layer of voxels that a rim crosses.
+constexpr float kBeside = 0.71f;
 
 /// What another keeps, in a block.
 PAVEL_WIDE void keptBy(const float* theirs, const float* bisector, float* kept) {

@@ -82,12 +82,16 @@ namespace {
     return m + t * std::clamp(v[0] * t[0] + v[1] * t[1] + v[2] * t[2], -kHalfPiece, kHalfPiece);
 }
 
-/// A point's way along the free surface, if those around it agree: where a rim bends round a corner, it tells no side.
+/// Mean way along the free surface around a point, if all agree: where a rim bends round a corner, it tells no side.
 Vec3f awayAt(const std::vector<RimPoint>& points, const RimPoint& at) {
-    constexpr float kAround = 5, kAgree = 0.7f;
-    for (const RimPoint& p : points)
-        if ((p.place - at.place).sqrnorm() < kAround * kAround && (p.away | at.away) < kAgree) return {0, 0, 0};
-    return at.away;
+    constexpr float kAround = 5, kMean = 1.5f, kAgree = 0.7f;
+    Vec3f sum{0, 0, 0};
+    for (const RimPoint& p : points) {
+        const float d2 = (p.place - at.place).sqrnorm();
+        if (d2 < kAround * kAround && (p.away | at.away) < kAgree) return {0, 0, 0};
+        if (d2 < kMean * kMean) sum += p.away;
+    }
+    return sum.normalized();
 }
 
 constexpr Vec3f::value_type kNowhere = 1e9f;

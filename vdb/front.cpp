@@ -157,7 +157,7 @@ void Front::push(GrowthBlock* block, int v, double time) {
 }
 
 void Front::start() {
-    // The body has a block wherever the placed shape has one, even where none of its voxels lie in it.
+    // The body has a block wherever its surface is near, even where none of its voxels lie in it.
     for (const Coord& origin : element.body.origins()) {
         const ClaimBlock* claims = nullptr;
         const VoxelMask beside = besideBody(element.body, origin);
@@ -240,7 +240,7 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
             time = kNever;
         }
         // Past the end, times are asked for beside a body's surface, not in it.
-        if (state != kGhost || (limits_ && claimTime(block->claims->at(v)) == 0)) return;
+        if (state != kGhost || (!claiming && claimTime(block->claims->at(v)) == 0)) return;
     }
     pushBeside(block, v, stopTimes);
 }
@@ -353,6 +353,9 @@ void Front::marchBeyond(double horizon, int layers, const std::vector<float>& st
     for (const Arrival& next : waiting) heap_.push(next);
     limits_ = nullptr;
     speedKnown_ = false;
+    // What is left waits long, if it is ever asked for.
+    Queue(heap_).swap(heap_), std::vector<Arrival>().swap(claimed_);
+    leftOut_.shrink_to_fit();
 }
 
 void Front::commit() {

@@ -146,6 +146,39 @@ TEST(Contact, RimOfTwoSpheresAndDistanceToIt) {
     }
 }
 
+TEST(Contact, RimsAlongTheLatticeHaveNoGaps) {
+    // Faces at 45 degrees to the lattice that cross along one of its lines: through voxels, or as far from them as can
+    // be.
+    const TriangleMesh bar = test::box({-20, -10, -30}, {20, 10, 30});
+    const auto field = makeCanonicalField(bar, 1, 1, 1);
+    const double s = std::sqrt(0.5);
+    Frame a, b;
+    a.x = Vec3(s, s, 0), a.y = Vec3(-s, s, 0);
+    b.x = a.y * -1.0, b.y = a.x;
+    for (const double shift : {0.0, 0.2, 0.5, 0.7}) {
+        a.origin = Vec3(20 * s - 13 + shift, shift, 0), b.origin = a.origin + Vec3(0, 26, 0);
+        std::vector<WorkElement> e(2);
+        for (size_t i = 0; i < 2; ++i) {
+            e[i].id = int(i) + 1;
+            e[i].indexFromElement = i ? b : a;
+            e[i].centre = e[i].indexFromElement.apply(field.centroid);
+            e[i].size = field.bounds.diagonal();
+            test::place(e[i], field);
+        }
+        e[1].stiffness = std::numeric_limits<double>::infinity();
+        test::resolve(e);
+        ASSERT_EQ(e[0].contact->rimCount(), 1u) << shift;
+        std::vector<float> along[2];  // of the two lines
+        for (const Vec3f& p : e[0].contact->rimPoints(0))
+            if (std::abs(p[2]) < 26) along[p[0] > 7].push_back(p[2]);
+        for (auto& line : along) {
+            std::sort(line.begin(), line.end());
+            ASSERT_GE(line.size(), 25u) << shift;
+            for (size_t k = 1; k < line.size(); ++k) EXPECT_LT(line[k] - line[k - 1], 2.2f) << shift;
+        }
+    }
+}
+
 TEST(Contact, TellsTheFreeSideFromTheShared) {
     constexpr double r = 20, d = 30;
     auto e = test::elementsAt(test::sphere(r, {0, 0, 0}, 160), {{0, 0, 0}, {d, 0, 0}});
@@ -305,6 +338,26 @@ TEST(Islands, TheLargestPieceStays) {
     EXPECT_LT(shape.getValue(Coord(20, 6, 6)), 0);
     EXPECT_GT(shape.getValue(Coord(31, 1, 1)), 0);
     EXPECT_TRUE(findStrays(BlockLevelSet(shape).inside()).empty());
+}
+
+TEST(Islands, WhatIsErasedDeepInsideStaysErased) {
+    // Half of a block that lies all inside, and all of another.
+    WorkTree tree(kBand);
+    tree.fill(CoordBBox(Coord(-24), Coord(23)), -kBand, false);
+    tree.touchLeaf(Coord(-24))->fill(1.f, true), tree.touchLeaf(Coord(16))->fill(1.f, true);
+    CompactLevelSet shape(tree);
+    ASSERT_EQ(shape.at(Coord(0)), CompactLevelSet::kInside);
+    MaskedBlock half{Coord(0), {}}, whole{Coord(0, 0, 8), {}};
+    std::fill(half.mask.begin() + 32, half.mask.end(), uint8_t(255));
+    whole.mask.fill(255);
+    erase(shape, {half, whole});
+    EXPECT_EQ(shape.getValue(Coord(3, 7, 7)), -kBand);
+    EXPECT_EQ(shape.getValue(Coord(4, 0, 0)), kBand);
+    EXPECT_EQ(shape.getValue(Coord(0, 0, 8)), kBand);
+    EXPECT_EQ(shape.getValue(Coord(0, 0, -1)), -kBand);
+    BlockLevelSet blocks(shape);
+    blocks.tidy();
+    EXPECT_EQ(blocks.compact().getValue(Coord(4, 0, 0)), kBand);
 }
 
 TEST(Islands, PiecesJoinedAcrossBlocksAreOne) {
