@@ -59,8 +59,8 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     // Growth costs by the surface on the grid that fronts march on.
     const double factor = marchingFactor(thinnest * leastScale / h, rise * leastScale / h);
     const double marched = surface / (factor * factor);
-    // Bytes for each voxel of surface, as measured on the built-in scenes: shapes at rest, growth, meshes, and on a finer
-    // grid than that of the fronts what is there for a while.
+    // Bytes for each voxel of surface, as measured on the built-in scenes: shapes at rest, growth, meshes, and on a
+    // finer grid than that of the fronts what is there for a while.
     const double bytes = 200e6 + 175 * baseSurface + (factor > 1 ? 175 * surface + 60 * marched : 165 * surface);
     // Seconds of CPU, likewise: the whole run with its files.
     const auto& formats = scene.output.mesh;
