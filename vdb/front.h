@@ -13,9 +13,9 @@
 namespace pavel {
 
 /// State of a voxel for one front. Ghosts are voxels that another front or body holds: the front marches two layers
-/// into them, so that the face between the two is known at sub-voxel precision, but grows no further from there. Once it
-/// has stopped, one layer of a body will do.
-/// Inner voxels belong to the body, too: the front's way runs on into them, backwards, at their neighbours' mean scale.
+/// into them, so that the face between the two is known at sub-voxel precision, but grows no further from there. Once
+/// it has stopped, one layer of a body will do. Inner voxels belong to the body, too: the front's way runs on into
+/// them, backwards, at their neighbours' mean scale.
 enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody, kInner };
 
 /// 4^3 voxels that the front touched.
