@@ -193,8 +193,8 @@ std::string bench(const BenchOptions& options, RunContext& context) {
     Bench bench(options, plan, out.place(), context);
     const BenchTables tables = bench.tables();
     std::string text;
-    writeText(out.place("tables.json"), tablesJson(tables));
     if (plan.hasTables()) {
+        writeText(out.place("tables.json"), tablesJson(tables));
         text = tablesPage(tables);
         writeText(out.place("tables.md"), text);
         writeText(out.place("time-and-memory.svg"), tablesPlot(tables));

@@ -28,7 +28,7 @@ struct Ranks {
 };
 constexpr Ranks kRanks;
 
-// One instruction with wide registers, for which no loop of C++ is taken.
+// A shuffle is one instruction with wide registers, but the compiler makes it of no loop.
 typedef float Row __attribute__((vector_size(32)));
 typedef int32_t RowBits __attribute__((vector_size(32)));
 [[gnu::always_inline]] inline void shuffle(Row& row, const RowBits& at) {
@@ -62,13 +62,12 @@ PAVEL_WIDE void spreadRows(const uint64_t* active, const uint64_t* inside, float
 
 CompactLevelSet::CompactLevelSet(const WorkTree& tree)
     : CompactLevelSet(tree.background(), leafBox(tree), tree.leafCount(), tree.activeLeafVoxelCount()) {
-    if (const CoordBBox box = leafBox(tree); !box.empty())
-        forEachBlock(box, [&](const Coord& origin) {
-            if (const WorkLeaf* leaf = tree.probeConstLeaf(origin))
-                add(origin, leaf->getValueMask(), leaf->buffer().data());
-            else if (tree.getValue(origin) < 0)
-                fill(origin);
-        });
+    forEachBlock(CoordBBox(numbers_.lower(), numbers_.upper()), [&](const Coord& origin) {
+        if (const WorkLeaf* leaf = tree.probeConstLeaf(origin))
+            add(origin, leaf->getValueMask(), leaf->buffer().data());
+        else if (tree.getValue(origin) < 0)
+            fill(origin);
+    });
 }
 
 CompactLevelSet::CompactLevelSet(float background, const CoordBBox& box, size_t blocks, size_t activeVoxels)
