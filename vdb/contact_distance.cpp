@@ -157,21 +157,38 @@ void ContactDistance::addRim(const std::vector<RimPoint>& points, const std::fun
     rims_.push_back({inLanes(pieces), std::move(away), std::move(bend)});
 }
 
+ContactDistance::Rim::Piece ContactDistance::Rim::piece(size_t i) const {
+    const RimLanes& l = lanes[i / RimLanes::kCount];
+    const size_t k = i % RimLanes::kCount;
+    return {{l.x[k], l.y[k], l.z[k]}, {l.tx[k], l.ty[k], l.tz[k]}};
+}
+
 std::vector<Vec3f> ContactDistance::rimPoints(size_t rim) const {
     std::vector<Vec3f> points;
-    for (size_t i = 0; i < rims_[rim].away.size(); ++i) {
-        const RimLanes& l = rims_[rim].lanes[i / RimLanes::kCount];
-        const size_t k = i % RimLanes::kCount;
-        points.push_back({l.x[k], l.y[k], l.z[k]});
-    }
+    for (size_t i = 0; i < rims_[rim].away.size(); ++i) points.push_back(rims_[rim].piece(i).middle);
     return points;
 }
 
 double ContactDistance::length() const {
-    constexpr double kApart = 1.5;  // middles of pieces, on average
-    size_t pieces = 0;
-    for (const Rim& rim : rims_) pieces += rim.away.size();
-    return kApart * double(pieces);
+    // A piece stands for half the way to the next one on each side; where there is none near, the rim ends with it.
+    constexpr float kFarthest = 3;
+    double sum = 0;
+    for (const Rim& rim : rims_)
+        for (size_t i = 0; i < rim.away.size(); ++i) {
+            const Rim::Piece at = rim.piece(i);
+            float before2 = kFarthest * kFarthest, after2 = before2;
+            for (size_t j = 0; j < rim.away.size(); ++j) {
+                if (j == i) continue;
+                const Vec3f d = rim.piece(j).middle - at.middle;
+                const float d2 = d.sqrnorm(), along = d | at.along;
+                if (4 * along * along < d2) continue;  // beside it
+                float& nearest2 = along < 0 ? before2 : after2;
+                nearest2 = std::min(nearest2, d2);
+            }
+            for (const float d2 : {before2, after2})
+                sum += d2 < kFarthest * kFarthest ? 0.5 * std::sqrt(double(d2)) : double(kHalfPiece);
+        }
+    return sum;
 }
 
 PAVEL_WIDE ContactDistance::Near ContactDistance::near(const Vec3& centre, double radius, double distance) const {

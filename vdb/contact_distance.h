@@ -59,7 +59,7 @@ class ContactDistance {
     /// Middles of the pieces of one rim.
     std::vector<Vec3f> rimPoints(size_t rim) const;
     size_t rimCount() const { return rims_.size(); }
-    /// Of all rims together, in voxels, to a fifth.
+    /// Of all rims together, in voxels. O(pieces of a rim squared).
     double length() const;
 
     /// The pieces around a block, for many queries there: bent, where that is known.
@@ -100,6 +100,10 @@ class ContactDistance {
         std::vector<RimLanes> lanes;
         std::vector<Vec3f> away;  ///< of each piece
         std::vector<RimBend> bend;
+        struct Piece {
+            Vec3f middle, along;
+        };
+        Piece piece(size_t i) const;
     };
     std::vector<Rim> rims_;
 };

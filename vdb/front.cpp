@@ -29,6 +29,10 @@ double arrival(const float times[3], double speed) {
     return disc < 0 ? result : (sum + std::sqrt(disc)) / 3;
 }
 
+float waitingTime(double time) {
+    return std::max(float(time), 1e-6f);  // zero is the bodies' own
+}
+
 /// The voxels of a block that are not in the body, but beside it.
 VoxelMask besideBody(const BlockMasks& body, const Coord& origin) {
     const VoxelMask* sides[6];
@@ -146,7 +150,7 @@ double Front::wedgeArrival(const GrowthBlock& block, int v) const {
 }
 
 void Front::push(GrowthBlock* block, int v, double time) {
-    const float t = std::max(float(time), 1e-6f);  // zero is the bodies' own
+    const float t = waitingTime(time);
     GrowthCell& cell = touch(*block, v);
     const int i = inCell(v);
     if (!(t < cell.time[i])) return;
@@ -211,7 +215,7 @@ bool Front::heldByOther(const GrowthBlock* block, int v, float time, const std::
     return c < makeClaim(time, element.id);
 }
 
-void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming) {
+bool Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming) {
     changed_ = true;
     bool besideReal = false, besideGhost = false;
     for (int side = 0; side < 6; ++side) {
@@ -229,32 +233,40 @@ void Front::accept(GrowthBlock* block, int v, const std::vector<float>& stopTime
         if (!besideReal) {  // only a way through foreign ground leads here
             state = kFar;
             time = kNever;
-            return;
+            return false;
         }
         state = kReal;
         if (claiming) claimed_.push_back({time, keyOf(*block, v)});
-    } else {
-        state = besideReal ? kGhost : kDeepGhost;
-        if (!besideReal && !besideGhost) {
-            state = kFar;
-            time = kNever;
-        }
-        // Past the end, times are asked for beside a body's surface, not in it.
-        if (state != kGhost || (!claiming && claimTime(block->claims->at(v)) == 0)) return;
+        return true;
     }
-    pushBeside(block, v, stopTimes);
+    state = besideReal ? kGhost : kDeepGhost;
+    if (!besideReal && !besideGhost) {
+        state = kFar;
+        time = kNever;
+    }
+    // Past the end, times are asked for beside a body's surface, not in it.
+    return state == kGhost && (claiming || claimTime(block->claims->at(v)) > 0);
+}
+
+/// From the neighbours that were accepted; kNever where only foreign ground leads there.
+double Front::arrivalAt(GrowthBlock* block, int v, double speed, const std::vector<float>& stopTimes) const {
+    const Upwind times = upwind(block, v);
+    double t = arrival(times.held, speed);
+    if (t >= kNever) {
+        t = arrival(times.any, speed);
+        return t < kNever && !heldByOther(block, v, float(t), stopTimes) ? kNever : t;
+    }
+    if (!heldByOther(block, v, float(t), stopTimes)) return t;
+    // Along a face the way there runs through ghosts. It may not come out earlier than the holder's, though.
+    const float held = claimTime(block->claims->at(v));
+    return std::max(arrival(times.any, speed), double(std::nextafter(held, kNever)));
 }
 
 /// Gives the neighbours of an accepted voxel their times.
 void Front::pushBeside(GrowthBlock* block, int v, const std::vector<float>& stopTimes) {
-    bool leftOut = false;
     for (int side = 0; side < 6; ++side) {
         int n;
-        GrowthBlock* other = limits_ ? step(block, v, side, n) : stepOrMake(block, v, side, n);
-        if (!other || !mayEnter(*other, n)) {
-            leftOut = true;
-            continue;
-        }
+        GrowthBlock* other = stepOrMake(block, v, side, n);
         const VoxelState s = other->state(n);
         if (s != kFar && s != kTrial) continue;
         const double speed = speedOf(other, n);
@@ -262,21 +274,11 @@ void Front::pushBeside(GrowthBlock* block, int v, const std::vector<float>& stop
             dormant_ = true;
             continue;
         }
-        const Upwind times = upwind(other, n);
-        double t = arrival(times.held, speed);
-        if (t >= kNever) {
-            t = arrival(times.any, speed);
-            if (t < kNever && !heldByOther(other, n, float(t), stopTimes)) continue;
-        } else if (heldByOther(other, n, float(t), stopTimes)) {
-            // Along a face the way there runs through ghosts. It may not come out earlier than the holder's, though.
-            const float held = claimTime(other->claims->at(n));
-            t = std::max(arrival(times.any, speed), double(std::nextafter(held, kNever)));
-        }
+        const double t = arrivalAt(other, n, speed, stopTimes);
         if (t >= kNever) continue;
         const bool waits = other->hasTime(n);  // its time is no later than its wedge's
         push(other, n, waits ? t : std::min(t, wedgeArrival(*other, n)));
     }
-    if (leftOut) leftOut_.push_back(keyOf(*block, v));
 }
 
 void Front::march(double until, const std::vector<float>& stopTimes, bool claiming) {
@@ -287,7 +289,7 @@ void Front::march(double until, const std::vector<float>& stopTimes, bool claimi
         GrowthBlock* block = &blocks[next.voxel() / 512];
         const int v = int(next.voxel() % 512);
         if (block->state(v) != kTrial || block->time(v) != next.time()) continue;
-        accept(block, v, stopTimes, claiming);
+        if (accept(block, v, stopTimes, claiming)) pushBeside(block, v, stopTimes);
         if (claiming) lastArrival = next.time();
         speedKnown_ = false;
     }
@@ -339,23 +341,59 @@ void Front::marchBeyond(double horizon, int layers, const std::vector<float>& st
     for (const uint32_t voxel : goOn) pushBeside(&blocks[voxel / 512], int(voxel % 512), stopTimes);
     march(horizon, stopTimes, false);
     const std::vector<VoxelMask> limits = around(horizon, layers);
-    limits_ = &limits;
-    Queue all;
-    all.swap(heap_);
-    std::vector<Arrival> waiting;
-    for (const Arrival& next : all) {
-        if (mayEnter(blocks[next.voxel() / 512], int(next.voxel() % 512)))
-            heap_.push(next);
-        else
-            waiting.push_back(next);
-    }
-    march(std::numeric_limits<double>::infinity(), stopTimes, false);
+    std::vector<Arrival> layer, waiting;
+    for (const Arrival& next : heap_)
+        (limits[next.voxel() / 512].isOn(next.voxel() % 512) ? layer : waiting).push_back(next);
+    while (!layer.empty()) layer = layerBeside(std::move(layer), limits, stopTimes);
+    heap_.clear();
     for (const Arrival& next : waiting) heap_.push(next);
-    limits_ = nullptr;
     speedKnown_ = false;
     // What is left waits long, if it is ever asked for.
     Queue(heap_).swap(heap_), std::vector<Arrival>().swap(claimed_);
     leftOut_.shrink_to_fit();
+}
+
+/// Accepts a layer of voxels, and gives those beside it within the limits their times, all from it and from layers
+/// before: past the end, who of one layer comes first makes no difference worth a queue.
+std::vector<Front::Arrival> Front::layerBeside(std::vector<Arrival> layer, const std::vector<VoxelMask>& limits,
+                                               const std::vector<float>& stopTimes) {
+    std::sort(layer.begin(), layer.end(), [](const Arrival& x, const Arrival& y) { return y < x; });
+    std::vector<std::pair<GrowthBlock*, int>> on, beside;
+    for (const Arrival& next : layer) {
+        GrowthBlock* block = &blocks[next.voxel() / 512];
+        const int v = int(next.voxel() % 512);
+        if (block->state(v) != kTrial || block->time(v) != next.time()) continue;
+        // Those of its own layer that are earlier may know a shorter way.
+        const double t = arrivalAt(block, v, speedOf(block, v), stopTimes);
+        float& time = block->cells[cellOf(v)]->time[inCell(v)];
+        time = std::min(time, waitingTime(t));
+        if (accept(block, v, stopTimes, false)) on.emplace_back(block, v);
+    }
+    for (const auto& [block, v] : on) {
+        bool leftOut = false;
+        for (int side = 0; side < 6; ++side) {
+            int n;
+            GrowthBlock* other = step(block, v, side, n);
+            if (!other || !limits[size_t(other->number)].isOn(openvdb::Index(n))) {
+                leftOut = true;
+            } else if (other->state(n) == kFar) {
+                touch(*other, n).state[inCell(n)] = kTrial;
+                beside.emplace_back(other, n);
+            }
+        }
+        if (leftOut) leftOut_.push_back(keyOf(*block, v));
+    }
+    layer.clear();
+    for (const auto& [block, v] : beside) {
+        const double speed = speedOf(block, v), t = speed > 0 ? arrivalAt(block, v, speed, stopTimes) : kNever;
+        if (speed <= 0) dormant_ = true;
+        GrowthCell& cell = touch(*block, v);
+        cell.state[inCell(v)] = t < kNever ? kTrial : kFar;
+        if (t >= kNever) continue;
+        cell.time[inCell(v)] = waitingTime(std::min(t, wedgeArrival(*block, v)));
+        layer.emplace_back(cell.time[inCell(v)], keyOf(*block, v));
+    }
+    return layer;
 }
 
 void Front::commit() {

@@ -74,7 +74,8 @@ class Front {
     /// Accepts all voxels that arrive before `until`. stopTimes[id]: when others stopped (infinity while they grow).
     void march(double until, const std::vector<float>& stopTimes, bool claiming);
     /// Goes on past the end of a front that has stopped, so that times are known on both sides of it: accepts what
-    /// arrives before `horizon`, and `layers` of voxels around that and one around the body, whenever they arrive.
+    /// arrives before `horizon`, and then, layer by layer, `layers` of voxels around that and one around the body,
+    /// whenever they arrive.
     void marchBeyond(double horizon, int layers, const std::vector<float>& stopTimes);
     /// Enters the claims of the last march into the shared clock.
     void commit();
@@ -169,13 +170,13 @@ class Front {
     double innerScale(GrowthBlock& block, int v) const;
     GrowthCell& touch(GrowthBlock& block, int v);
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
-    void accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
+    /// Does the front go on from there?
+    bool accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
+    double arrivalAt(GrowthBlock* block, int v, double speed, const std::vector<float>& stopTimes) const;
     void pushBeside(GrowthBlock* block, int v, const std::vector<float>& stopTimes);
     std::vector<VoxelMask> around(double horizon, int layers);
-    bool mayEnter(const GrowthBlock& block, int v) const {
-        return !limits_ ||
-               (size_t(block.number) < limits_->size() && (*limits_)[size_t(block.number)].isOn(openvdb::Index(v)));
-    }
+    std::vector<Arrival> layerBeside(std::vector<Arrival> layer, const std::vector<VoxelMask>& limits,
+                                     const std::vector<float>& stopTimes);
     void push(GrowthBlock* block, int v, double time);
     void enter(GrowthBlock& block, int v);
 
@@ -189,11 +190,10 @@ class Front {
     Queue heap_;
     double speed_ = 0;  // of the waiting front, where it is known
     bool speedKnown_ = false;
-    bool changed_ = false;                            // since it was finished
-    bool dormant_ = false;                            // touched free voxels where the speed is zero
-    std::vector<Arrival> claimed_;                    // in the last round
-    const std::vector<VoxelMask>* limits_ = nullptr;  // by block, of where to go; null: everywhere
-    std::vector<uint32_t> leftOut_;                   // accepted voxels beside which the limits left some out
+    bool changed_ = false;           // since it was finished
+    bool dormant_ = false;           // touched free voxels where the speed is zero
+    std::vector<Arrival> claimed_;   // in the last round
+    std::vector<uint32_t> leftOut_;  // accepted voxels beside which the limits left some out
 };
 
 }  // namespace pavel

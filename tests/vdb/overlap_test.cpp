@@ -139,6 +139,7 @@ TEST(Contact, RimOfTwoSpheresAndDistanceToIt) {
         EXPECT_NEAR(std::hypot(p[1], p[2]), circle, 0.06);
     }
     const ContactDistance& distance = *e[0].contact;
+    EXPECT_NEAR(distance.length() / (2 * kPi * circle), 1, 0.02);
     for (double t = 0; t < 6.2; t += 0.37) {
         const Vec3 radial(0, std::cos(t), std::sin(t));
         EXPECT_NEAR(distance(Vec3(d / 2, 0, 0) + (circle + 3) * radial), 3, 0.08);
