@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "pavel/vdb/pieces.h"
@@ -31,6 +32,7 @@ constexpr Ranks kRanks;
 // A shuffle is one instruction with wide registers, but the compiler makes it of no loop.
 typedef float Row __attribute__((vector_size(32)));
 typedef int32_t RowBits __attribute__((vector_size(32)));
+typedef int16_t RowSteps __attribute__((vector_size(16)));
 [[gnu::always_inline]] inline void shuffle(Row& row, const RowBits& at) {
 #if defined(__clang__)
     const Row from = row;
@@ -41,20 +43,32 @@ typedef int32_t RowBits __attribute__((vector_size(32)));
 }
 
 /// A block's 512 values from its active ones, a row at a time. Reads up to eight values on from the last.
-PAVEL_WIDE void spreadRows(const uint64_t* active, const uint64_t* inside, float background, const float* next,
-                           float* out) {
+PAVEL_WIDE void spreadRows(const uint64_t* active, const uint64_t* inside, float background, float step,
+                           const int16_t* next, float* out) {
     const RowBits bits{1, 2, 4, 8, 16, 32, 64, 128};
     const Row outside = background - Row{}, within = -outside;
     for (int row = 0; row < 64; ++row, out += 8) {
         const int on = int(active[row >> 3] >> 8 * (row & 7)) & 255, in = int(inside[row >> 3] >> 8 * (row & 7)) & 255;
-        Row known;
+        RowSteps steps;
         RowBits ranks;
-        std::memcpy(&known, next, sizeof known);
+        std::memcpy(&steps, next, sizeof steps);
         std::memcpy(&ranks, kRanks.rank[on], sizeof ranks);
+        Row known = __builtin_convertvector(steps, Row) * step;
         shuffle(known, ranks);
         const Row side = (bits & in) != 0 ? within : outside, values = (bits & on) != 0 ? known : side;
         std::memcpy(out, &values, sizeof values);
         next += __builtin_popcount(unsigned(on));
+    }
+}
+
+/// The nearest steps of a block's values, within the background; never zero, which would be no side at all.
+PAVEL_WIDE void inSteps(const float* values, float perVoxel, int16_t* out) {
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float size = std::abs(values[v]) * perVoxel + 0.5f, least = size > 1 ? size : 1,
+                    kept = least < 32766 ? least : 32766;
+        const int steps = int(kept);
+        out[v] = int16_t(values[v] < 0 ? -steps : steps);
     }
 }
 
@@ -85,11 +99,13 @@ void CompactLevelSet::add(const Coord& origin, const VoxelMask& active, const fl
     block.active = active;
     block.inside = nodeMask(negativeMask(values));
     values_.resize(values_.size() + active.countOn());
-    float *const first = values_.data() + block.first, *next = first;
+    int16_t *const first = values_.data() + block.first, *next = first;
+    int16_t steps[512];
+    inSteps(values, 1 / step(), steps);
     for (int word = 0; word < 8; ++word) {
         block.before[word] = uint16_t(next - first);
         for (uint64_t on = active.getWord<uint64_t>(openvdb::Index(word)); on; on &= on - 1)
-            *next++ = values[64 * word + __builtin_ctzll(on)];
+            *next++ = steps[64 * word + __builtin_ctzll(on)];
     }
 }
 
@@ -104,7 +120,7 @@ void CompactLevelSet::read(int number, float* values) const {
         active[word] = block.active.getWord<uint64_t>(openvdb::Index(word));
         inside[word] = block.inside.getWord<uint64_t>(openvdb::Index(word));
     }
-    spreadRows(active, inside, background_, values_.data() + block.first, values);
+    spreadRows(active, inside, background_, step(), values_.data() + block.first, values);
 }
 
 CoordBBox CompactLevelSet::box() const {

@@ -62,7 +62,7 @@ GrowthBlock* Front::make(const Coord& origin) {
     b0.origin = origin;
     b0.number = int(blocks.size()) - 1;
     b0.claims = claims_.block(origin);
-    b0.body = element.body.mask(origin);
+    b0.body = &element.body.mask(origin);
     b0.placed = &element.placed;
     b0.placedBlock = element.placed.at(origin);
     changed_ = true;
@@ -78,20 +78,25 @@ GrowthBlock* Front::make(const Coord& origin) {
     return &b0;
 }
 
-GrowthCell& Front::touch(GrowthBlock& block, int v) {
-    GrowthCell*& cell = block.cells[cellOf(v)];
-    if (cell) return *cell;
+/// A new cell of a block.
+GrowthCell& Front::add(GrowthBlock& block, int cell) {
     if (usedOfLast_ == kChunk) {
         cells_.emplace_back(new GrowthCell[kChunk]);
         usedOfLast_ = 0;
     }
-    cell = &cells_.back()[usedOfLast_++];
+    block.cells[cell] = &cells_.back()[usedOfLast_++];
+    return *block.cells[cell];
+}
+
+GrowthCell& Front::touch(GrowthBlock& block, int v) {
+    if (GrowthCell* cell = block.cells[cellOf(v)]) return *cell;
+    GrowthCell& cell = add(block, cellOf(v));
     for (int i = 0; i < GrowthCell::kCount; ++i) {
-        cell->time[i] = kNever;
-        cell->contact[i] = -1;
-        cell->state[i] = block.untouched(GrowthBlock::voxelOf(cellOf(v), i));
+        cell.time[i] = kNever;
+        cell.contact[i] = -1;
+        cell.state[i] = block.untouched(GrowthBlock::voxelOf(cellOf(v), i));
     }
-    return *cell;
+    return cell;
 }
 
 GrowthBlock* Front::stepOrMake(GrowthBlock* block, int v, int side, int& n) {
@@ -282,7 +287,11 @@ void Front::pushBeside(GrowthBlock* block, int v, const std::vector<float>& stop
 }
 
 void Front::march(double until, const std::vector<float>& stopTimes, bool claiming) {
+    wake();
+    findQueues();
     claimed_.clear();
+    acceptedBefore_ += accepted_;
+    accepted_ = 0;
     while (!heap_.empty() && heap_.top().time() < until) {
         const Arrival next = heap_.top();
         heap_.pop();
@@ -290,6 +299,7 @@ void Front::march(double until, const std::vector<float>& stopTimes, bool claimi
         const int v = int(next.voxel() % 512);
         if (block->state(v) != kTrial || block->time(v) != next.time()) continue;
         if (accept(block, v, stopTimes, claiming)) pushBeside(block, v, stopTimes);
+        ++accepted_;
         if (claiming) lastArrival = next.time();
         speedKnown_ = false;
     }
@@ -314,7 +324,7 @@ std::vector<VoxelMask> Front::around(double horizon, int layers) {
     std::vector<VoxelMask> body(blocks.size());
     for (const GrowthBlock& block : blocks) {
         body[size_t(block.number)] = beside(timed, block);
-        body[size_t(block.number)] &= block.body;
+        body[size_t(block.number)] &= *block.body;
     }
     for (int layer = 0; layer < layers; ++layer) {
         if (layer == layers - 1)
@@ -336,6 +346,9 @@ std::vector<VoxelMask> Front::around(double horizon, int layers) {
 }
 
 void Front::marchBeyond(double horizon, int layers, const std::vector<float>& stopTimes) {
+    wake();
+    findQueues();
+    pastEnd_ = true;
     std::vector<uint32_t> goOn;
     goOn.swap(leftOut_);
     for (const uint32_t voxel : goOn) pushBeside(&blocks[voxel / 512], int(voxel % 512), stopTimes);
@@ -347,10 +360,8 @@ void Front::marchBeyond(double horizon, int layers, const std::vector<float>& st
     while (!layer.empty()) layer = layerBeside(std::move(layer), limits, stopTimes);
     heap_.clear();
     for (const Arrival& next : waiting) heap_.push(next);
+    std::vector<Arrival>().swap(claimed_);
     speedKnown_ = false;
-    // What is left waits long, if it is ever asked for.
-    Queue(heap_).swap(heap_), std::vector<Arrival>().swap(claimed_);
-    leftOut_.shrink_to_fit();
 }
 
 /// Accepts a layer of voxels, and gives those beside it within the limits their times, all from it and from layers
@@ -409,8 +420,10 @@ void Front::settle() {
         const int v = int(c.voxel() % 512);
         if (block.claims->at(v) == makeClaim(c.time(), element.id))
             claimed_[kept++] = c;
-        else
+        else if (resting_.empty())
             touch(block, v).state[inCell(v)] = kGhost;
+        else
+            resting_.setState(block.number, v, kGhost);
     }
     claimed_.erase(claimed_.begin() + std::ptrdiff_t(kept), claimed_.end());
     won = kept;
@@ -432,11 +445,14 @@ void Front::release() {
 }
 
 double Front::nextArrival() const {
+    if (queuesGone_) return double(waits_);
     return heap_.empty() ? std::numeric_limits<double>::infinity() : double(heap_.top().time());
 }
 
 double Front::frontSpeed() {
     if (speedKnown_) return speed_;
+    wake();
+    findQueues();
     double most = 0;
     for (const Arrival& h : heap_) {
         const GrowthBlock& block = blocks[h.voxel() / 512];
@@ -449,10 +465,13 @@ double Front::frontSpeed() {
 }
 
 bool Front::widen() {
-    constexpr double kStepFactor = 1.3, kLimit = 2;
-    if (b * kStepFactor > kLimit) return false;
+    constexpr double kStepFactor = 1.3;
+    if (b * kStepFactor > kWidest) return false;
+    wake();
     b *= kStepFactor;
     changed_ = true;
+    queuesGone_ = false;
+    accepted_ = acceptedBefore_ = 0;
     for (GrowthBlock& block : blocks)
         block.forEachVoxel([&](int v, GrowthCell& cell, int i) {
             if (block.untouched(v) == kBody) return;

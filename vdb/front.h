@@ -1,68 +1,17 @@
 #pragma once
 // The growing front of one element: sub-voxel fast marching on blocks that are made when the front reaches them
 // (paper, Fast marching approach; J. A. Sethian 1996).
+#include <algorithm>
 #include <boost/heap/d_ary_heap.hpp>
 #include <deque>
 #include <memory>
 #include <unordered_map>
 
-#include "pavel/vdb/claims.h"
 #include "pavel/vdb/contact_distance.h"
-#include "pavel/vdb/voxel_mask.h"
+#include "pavel/vdb/growth_block.h"
+#include "pavel/vdb/resting_cells.h"
 
 namespace pavel {
-
-/// State of a voxel for one front. Ghosts are voxels that another front or body holds: the front marches two layers
-/// into them, so that the face between the two is known at sub-voxel precision, but grows no further from there. Once
-/// it has stopped, one layer of a body will do. Inner voxels belong to the body, too: the front's way runs on into
-/// them, backwards, at their neighbours' mean scale.
-enum VoxelState : uint8_t { kFar, kTrial, kReal, kGhost, kDeepGhost, kBody, kInner };
-
-/// 4^3 voxels that the front touched.
-struct GrowthCell {
-    static constexpr int kCount = 64;
-    float time[kCount];     ///< arrival time, negative in the body; the largest float where there is none
-    float contact[kCount];  ///< distance to the rims, negative where not asked for yet; of inner voxels: their scale
-    uint8_t state[kCount];
-};
-
-/// A leaf-sized block of cells.
-struct GrowthBlock {
-    static constexpr float kNever = std::numeric_limits<float>::max();
-    Coord origin;
-    ClaimBlock* claims = nullptr;
-    const CompactLevelSet* placed = nullptr;
-    int placedBlock = CompactLevelSet::kOutside;  ///< the placed shape's here
-    float placedAt(int v) const { return placed->value(placedBlock, v); }
-    GrowthBlock* next[6] = {};  ///< -x +x -y +y -z +z, null until made
-    int number = 0;
-    VoxelMask body;
-    GrowthCell* cells[8] = {};  ///< null until the front touches one
-
-    static int voxelOf(int cell, int i) { return kLeafTables.voxel[cell << 6 | i]; }
-    const GrowthCell* cellAt(int v) const { return cells[cellOf(v)]; }
-    VoxelState untouched(int v) const { return body.isOn(openvdb::Index(v)) ? kBody : kFar; }
-    VoxelState state(int v) const {
-        const GrowthCell* c = cellAt(v);
-        return c ? VoxelState(c->state[inCell(v)]) : untouched(v);
-    }
-    float time(int v) const {
-        const GrowthCell* c = cellAt(v);
-        return c ? c->time[inCell(v)] : kNever;
-    }
-    float contact(int v) const {
-        const GrowthCell* c = cellAt(v);
-        return c ? c->contact[inCell(v)] : -1;
-    }
-    bool hasTime(int v) const { return time(v) < kNever; }
-    /// Calls f(v, cell, index in the cell) for all voxels of cells that are there.
-    template <class F>
-    void forEachVoxel(F f) const {
-        for (int c = 0; c < 8; ++c)
-            if (GrowthCell* cell = cells[c])
-                for (int i = 0; i < GrowthCell::kCount; ++i) f(voxelOf(c, i), *cell, i);
-    }
-};
 
 class Front {
   public:
@@ -77,26 +26,32 @@ class Front {
     /// arrives before `horizon`, and then, layer by layer, `layers` of voxels around that and one around the body,
     /// whenever they arrive.
     void marchBeyond(double horizon, int layers, const std::vector<float>& stopTimes);
+    /// Keeps what it knows in a quarter of the memory, until it is to march again: look, but do not ask blocks.
+    void rest();
+    /// Did the last march go so far that a rest costs little beside it?
+    bool mayRest() const { return accepted_ > 0 && 4 * accepted_ >= acceptedBefore_; }
+    /// Frees all that it knows of voxels, for good.
+    void forget();
+    /// For a time without the shared clock: its claims, and none. Of a front that rests.
+    void leaveClaims();
+    void returnToClaims();
     /// Enters the claims of the last march into the shared clock.
     void commit();
     /// Counts the claims that won; the others become ghosts. Sets stopTime when the volume is back.
     void settle();
     /// Gives back claims later than the stop time.
     void release();
-    /// Frees the queue: no more marching after this.
-    void dropQueue() {
-        Queue().swap(heap_), std::vector<Arrival>().swap(claimed_), std::vector<uint32_t>().swap(leftOut_);
-    }
     /// The next arrival that waits, or infinity.
     double nextArrival() const;
     /// Largest speed on the waiting front, or where it was left waiting.
     double frontSpeed();
+    static constexpr double kWidest = 2;  ///< b, in the element's sizes
     /// Gives everything back, to start() anew with b a step wider: pieces of time marched at several speeds would leave
     /// a craggy surface. Where it comes earlier than another then, the other loses ground. False when the limit is
     /// reached.
     bool widen();
     /// Does any free voxel wait for a wider b?
-    bool couldWiden() const { return dormant_ || !heap_.empty(); }
+    bool couldWiden() const { return dormant_ || nextArrival() < std::numeric_limits<double>::infinity(); }
 
     /// Runs the front backwards into two layers of the body, so that times and scales are smooth across the body's
     /// surface. To be called when marching has ended.
@@ -125,9 +80,20 @@ class Front {
     struct CellField {
         float phi[GrowthCell::kCount], way[GrowthCell::kCount], scale[GrowthCell::kCount];
     };
-    /// scaleAt for a whole cell, which must be there, and what goes with it. `placed`: the block's 512 values.
-    void read(const GrowthBlock& block, int cell, const float* placed, CellField& out) const;
+    /// scaleAt for a whole cell of a block, and what goes with it. `placed`: the block's 512 values.
+    void read(const GrowthCell& cell, int number, const float* placed, CellField& out) const;
     GrowthBlock* probe(const Coord& origin) const;
+    /// A cell of a block, null where the front touched nothing, whether it rests or not. `spread`: room for it.
+    const GrowthCell* look(const GrowthBlock& block, int cell, GrowthCell& spread) const {
+        if (!(resting_.cells(block.number) >> cell & 1)) return block.cells[cell];
+        resting_.read(block.number, cell, spread);
+        return &spread;
+    }
+    /// Did it touch anything in the block?
+    bool touched(const GrowthBlock& block) const {
+        return resting_.cells(block.number) ||
+               std::any_of(block.cells, block.cells + 8, [](const GrowthCell* c) { return c; });
+    }
 
     const WorkElement& element;
     std::deque<GrowthBlock> blocks;
@@ -168,7 +134,10 @@ class Front {
     double speedOf(GrowthBlock* block, int v);
     double wedgeArrival(const GrowthBlock& block, int v) const;
     double innerScale(GrowthBlock& block, int v) const;
+    void wake();
+    void findQueues();
     GrowthCell& touch(GrowthBlock& block, int v);
+    GrowthCell& add(GrowthBlock& block, int cell);
     bool heldByOther(const GrowthBlock* block, int v, float time, const std::vector<float>& stopTimes) const;
     /// Does the front go on from there?
     bool accept(GrowthBlock* block, int v, const std::vector<float>& stopTimes, bool claiming);
@@ -185,10 +154,15 @@ class Front {
     static constexpr int kChunk = 8;
     std::vector<std::unique_ptr<GrowthCell[]>> cells_;  // a deque would ask for memory for each
     int usedOfLast_ = kChunk;
+    RestingCells resting_;                 // in the place of cells_
     int nearestRim_ = -1;                  // of the voxel whose contact distance was asked for last
     uint32_t rimAskedFor_ = uint32_t(-1);  // that voxel
     Queue heap_;
-    double speed_ = 0;  // of the waiting front, where it is known
+    bool queuesGone_ = false;                   // since it rested
+    float waits_ = 0;                           // the next arrival then
+    bool pastEnd_ = false;                      // marched beyond
+    size_t accepted_ = 0, acceptedBefore_ = 0;  // voxels of the last march, and of those before
+    double speed_ = 0;                          // of the waiting front, where it is known
     bool speedKnown_ = false;
     bool changed_ = false;           // since it was finished
     bool dormant_ = false;           // touched free voxels where the speed is zero

@@ -48,9 +48,10 @@ PAVEL_WIDE void readCell(const GrowthCell& cell, const Speed& speed, float stopT
 
 }  // namespace
 
-void Front::read(const GrowthBlock& block, int cell, const float* placed, CellField& out) const {
-    for (int i = 0; i < GrowthCell::kCount; i += 4) std::copy_n(placed + GrowthBlock::voxelOf(cell, i), 4, out.phi + i);
-    readCell(*block.cells[cell], Speed(*this), stopTime, out);
+void Front::read(const GrowthCell& cell, int number, const float* placed, CellField& out) const {
+    for (int i = 0; i < GrowthCell::kCount; i += 4)
+        std::copy_n(placed + GrowthBlock::voxelOf(number, i), 4, out.phi + i);
+    readCell(cell, Speed(*this), stopTime, out);
 }
 
 float Front::scaleAt(const GrowthBlock& block, const GrowthCell& cell, int v, int i) const {
@@ -73,6 +74,7 @@ double Front::innerScale(GrowthBlock& block, int v) const {
 
 void Front::finish() {
     if (!changed_) return;
+    wake();
     changed_ = false;
     std::vector<VoxelMask> timed(blocks.size());
     for (GrowthBlock& block : blocks)
@@ -96,7 +98,7 @@ void Front::finish() {
             for (int side = 0; side < 6; ++side)
                 sides[side] = block.next[side] ? &timed[size_t(block.next[side]->number)] : nullptr;
             VoxelMask beside = besideMask(timed[size_t(block.number)], sides);
-            beside &= block.body;
+            beside &= *block.body;
             beside -= timed[size_t(block.number)];
             for (auto at = beside.beginOn(); at; ++at)
                 inner.push_back({&block, int(at.pos()), float(innerScale(block, int(at.pos())))});
@@ -113,6 +115,7 @@ void Front::finish() {
 }
 
 void Front::lookBeyond() {
+    wake();
     std::vector<std::pair<GrowthBlock*, int>> layer, next;
     const auto contactAt = [&](const GrowthBlock& block, int v) {
         return float((*element.contact)(centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)))));

@@ -47,10 +47,12 @@ struct FrontBlock {
         std::fill(flags, flags + 512, uint8_t(0));
         Front::CellField read;
         CellNodes nodes;
+        GrowthCell spread;
         for (int c = 0; c < 8; ++c) {
-            if (!block.cells[c]) continue;
-            front.read(block, c, phi, read);
-            anyTimed |= layOut(*block.cells[c], read, nodes);
+            const GrowthCell* cell = front.look(block, c, spread);
+            if (!cell) continue;
+            front.read(*cell, c, phi, read);
+            anyTimed |= layOut(*cell, read, nodes);
             for (int i = 0; i < GrowthCell::kCount; i += 4) {
                 const int v = GrowthBlock::voxelOf(c, i);
                 std::copy_n(nodes.way + i, 4, way + v), std::copy_n(nodes.scale + i, 4, scale + v);
@@ -215,8 +217,7 @@ std::vector<std::unique_ptr<FrontNodes>> nodesOf(const Front& front, float reach
     touched.reserve(front.blocks.size());
     std::vector<const FrontBlock*> blocks(front.blocks.size());
     for (const GrowthBlock& grown : front.blocks)
-        if (std::any_of(grown.cells, grown.cells + 8, [](const GrowthCell* cell) { return cell; }))
-            blocks[size_t(grown.number)] = &touched.emplace_back(front, grown);
+        if (front.touched(grown)) blocks[size_t(grown.number)] = &touched.emplace_back(front, grown);
     std::vector<std::unique_ptr<FrontNodes>> all(blocks.size());
     const CompactReader placed(front.element.placed);
     Nodes nodes;

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <numeric>
 
+#include "pavel/vdb/last_calls.h"
 #include "pavel/vdb/region_builder.h"
+#include "pavel/vdb/sweep.h"
 
 namespace pavel {
 namespace {
@@ -47,7 +49,11 @@ void Growth::march(const RunContext& context, double roundVoxels) {
     const auto each = [&](const std::vector<Front*>& fronts, const auto& f) {
         tbb::parallel_for(size_t(0), fronts.size(), [&](size_t i) { f(*fronts[i]); });
     };
-    each(active, [](Front& f) { f.start(); });
+    each(active, [](Front& f) {
+        f.start();
+        f.frontSpeed();
+        f.rest();
+    });
     std::vector<float> stopTimes(elements_.size() + 1, std::numeric_limits<float>::infinity());
     std::vector<double> speeds(all), arrivals(all);
     double now = 0;
@@ -80,7 +86,11 @@ void Growth::march(const RunContext& context, double roundVoxels) {
         if (first < kInfinity) {
             const double window = roundVoxels / speed;
             now = first + window;  // back to the start, where a front started anew
-            each(active, [&](Front& f) { f.march(now, stopTimes, true); });
+            each(active, [&](Front& f) {
+                f.march(now, stopTimes, true);
+                f.frontSpeed();  // asked for in the next round
+                if (f.mayRest()) f.rest();
+            });
             each(active, [](Front& f) { f.commit(); });
             each(active, [](Front& f) { f.settle(); });
             anew.assign(active.size(), 0);
@@ -106,9 +116,14 @@ void Growth::march(const RunContext& context, double roundVoxels) {
                 next.push_back(f);
             }
         }
-        each(ended, [&](Front& f) { f.marchBeyond(f.stopTime + kBeyond / f.weight, kLayersBeyond, stopTimes); });
+        each(ended, [&](Front& f) {
+            f.marchBeyond(f.stopTime + kBeyond / f.weight, kLayersBeyond, stopTimes);
+            f.finish();
+            f.rest();
+        });
         active = std::move(next);
     }
+    leaveClaims();  // hardly any front has to go on later
 }
 
 StopShift solveShift(const Region& region, double target, double most, double close) {
@@ -139,7 +154,7 @@ StopShift solveShift(const Region& region, double target, double most, double cl
 }
 
 void Growth::solveStopTimes(const std::vector<double>& targets, double still, double close, const RunContext& context,
-                            const UseRegion& use) {
+                            const UseRegion& use, const std::function<void(int)>& done) {
     // Jacobi rounds: elements depend on each other only where one stopped before the other came.
     constexpr int kMostRounds = 8;
     constexpr double kClose = 1e-3;
@@ -147,20 +162,21 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
     std::vector<StopShift> shifts(n);
     stopTimes_.assign(n + 1, std::numeric_limits<float>::infinity());
     std::vector<int> open, all;
-    for (size_t i = 0; i < n; ++i) {
-        if (!fronts_[i]) continue;
-        all.push_back(int(i));
-        stopTimes_[i + 1] = fronts_[i]->stopTime;
+    for (int i : sweepOrder(elements_)) {
+        if (!fronts_[size_t(i)]) continue;
+        all.push_back(i);
+        stopTimes_[size_t(i) + 1] = fronts_[size_t(i)]->stopTime;
     }
     const auto each = [](const std::vector<int>& list, const auto& f) {
         tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k]); });
     };
     open = all;
-    each(open, [&](int i) { fronts_[size_t(i)]->finish(); });
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
-        context.progress("growth", 0.6 + 0.2 * std::min(1, round));
         const RegionBuilder builder(elements_, base_, fronts_);
-        each(open, [&](int i) {
+        std::unique_ptr<LastCalls> calls;  // what moves in the first round is little, and all that may be asked for
+        if (done && round == 0) calls = std::make_unique<LastCalls>(elements_, fronts_, builder);
+        const auto moves = [&](int i) { return std::abs(shifts[size_t(i)].later) > still * shifts[size_t(i)].reach; };
+        inOrder(open, context, "growth", round == 0 ? 0.6 : 0.8, 0.8, [&](int i) {
             Region region = builder.build(i);
             StopShift& s = shifts[size_t(i)];
             s = solveShift(region, targets[size_t(i)], 1, close);
@@ -168,23 +184,27 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             if (use) use(i, region, s.later);
             // Later rounds only mend what the neighbours' moves did; halved, so that two cannot chase each other.
             if (round > 1) s.later *= 0.5;
+            if (calls && !moves(i)) calls->standsStill(i, done);
         });
         std::vector<char> moved(n, 0), goesOn(n, 0);
         for (int i : open) {
             const StopShift& s = shifts[size_t(i)];
             Front& f = *fronts_[size_t(i)];
             f.stopTime = stopTimes_[size_t(i) + 1] = float(f.stopTime + s.later);
-            moved[size_t(i)] = std::abs(s.later) > still * s.reach;
+            moved[size_t(i)] = moves(i);
             // As far beyond as before this move; after a small one, or one backwards, what is known already will do.
             if (moved[size_t(i)] && s.later > 0) horizons_[size_t(i)] = f.stopTime + kBeyond / f.weight;
             goesOn[size_t(i)] = moved[size_t(i)];
         }
         // A front may have run dry by its neighbours' late moves.
-        each(open, [&](int i) {
+        std::vector<int> dry;
+        for (int i : open)
+            if (round > 0 && shifts[size_t(i)].missing > kClose * targets[size_t(i)] && !fronts_[size_t(i)]->exhausted)
+                dry.push_back(i);
+        if (!dry.empty()) restoreClaims();
+        each(dry, [&](int i) {
             Front& f = *fronts_[size_t(i)];
-            const bool dry = shifts[size_t(i)].missing > kClose * targets[size_t(i)] && !f.exhausted &&
-                             f.frontSpeed() < kStuckShare * f.weight;
-            if (round > 0 && dry) f.exhausted = true;
+            f.exhausted = f.frontSpeed() < kStuckShare * f.weight;
         });
         open.clear();
         for (int i : all) {
@@ -210,14 +230,33 @@ std::vector<int> Growth::seenBy(const std::vector<int>& elements, const RegionBu
     return seen;
 }
 
+void Growth::leaveClaims() {
+    tbb::parallel_for(size_t(0), fronts_.size(), [&](size_t i) {
+        if (fronts_[i]) fronts_[i]->leaveClaims();
+    });
+    claims_.clear();
+    hasClaims_ = false;
+}
+
+void Growth::restoreClaims() {
+    if (hasClaims_) return;
+    tbb::parallel_for(size_t(0), fronts_.size(), [&](size_t i) {
+        if (fronts_[i]) fronts_[i]->returnToClaims();
+    });
+    hasClaims_ = true;
+}
+
 void Growth::catchUp(const std::vector<int>& elements) {
+    const auto goesOn = [&](int i) { return fronts_[size_t(i)] && horizons_[size_t(i)] < kInfinity; };
+    if (std::none_of(elements.begin(), elements.end(), goesOn)) return;
+    restoreClaims();
     tbb::parallel_for(size_t(0), elements.size(), [&](size_t k) {
+        if (!goesOn(elements[k])) return;
         const size_t i = size_t(elements[k]);
-        double& horizon = horizons_[i];
-        if (!fronts_[i] || horizon == kInfinity) return;
-        fronts_[i]->marchBeyond(horizon, kLayersBeyond, stopTimes_);
+        fronts_[i]->marchBeyond(horizons_[i], kLayersBeyond, stopTimes_);
         fronts_[i]->finish();
-        horizon = kInfinity;
+        fronts_[i]->rest();
+        horizons_[i] = kInfinity;
     });
 }
 
@@ -230,7 +269,9 @@ void Growth::catchUp() {
 void Growth::lookBeyond() {
     catchUp();
     tbb::parallel_for(size_t(0), fronts_.size(), [&](size_t i) {
-        if (fronts_[i]) fronts_[i]->lookBeyond();
+        if (!fronts_[i]) return;
+        fronts_[i]->lookBeyond();
+        fronts_[i]->rest();
     });
 }
 

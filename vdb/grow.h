@@ -32,9 +32,10 @@ class Growth {
     using UseRegion = std::function<void(int element, Region& region, double later)>;
     /// Solves the stop times on the sub-voxel volume of the regions; targets by index, in voxels. Goes on until no
     /// front moves by more than `still` voxels, or its neighbours hinder it. `close`: as solveShift's. Fronts that no
-    /// element left to solve sees are not marched on to their last stop times: see catchUp.
+    /// element left to solve sees are not marched on to their last stop times: see catchUp. `done`: takes elements
+    /// whose fronts and shapes no region will ask for any more, as early as that is known; also from many threads.
     void solveStopTimes(const std::vector<double>& targets, double still, double close, const RunContext& context,
-                        const UseRegion& use = {});
+                        const UseRegion& use = {}, const std::function<void(int element)>& done = {});
 
     /// Null where the element did not grow.
     const Front* front(int i) const { return fronts_[size_t(i)].get(); }
@@ -44,23 +45,25 @@ class Growth {
     void catchUp();
     /// The same, and Front::lookBeyond for all; call before the clock is freed.
     void lookBeyond();
-    /// Frees the shared clock and the fronts' queues: no more marching after this.
-    void dropClaims() {
-        claims_.clear();
-        for (const auto& f : fronts_)
-            if (f) f->dropQueue();
+    /// Frees the shared clock: no more marching after this.
+    void dropClaims() { claims_.clear(); }
+    /// Frees what one front knows of its voxels.
+    void drop(int i) {
+        if (fronts_[size_t(i)]) fronts_[size_t(i)]->forget();
     }
-    /// Frees one front.
-    void drop(int i) { fronts_[size_t(i)].reset(); }
 
   private:
     /// Elements, and those whose fronts their regions ask for.
     std::vector<int> seenBy(const std::vector<int>& elements, const RegionBuilder& builder) const;
     void catchUp(const std::vector<int>& elements);
+    /// Frees the clock until somebody is to march; what the fronts hold of it they keep.
+    void leaveClaims();
+    void restoreClaims();
 
     const std::vector<WorkElement>& elements_;
     const openvdb::FloatTree* base_;
     ClaimMap claims_;
+    bool hasClaims_ = true;
     std::vector<std::unique_ptr<Front>> fronts_;
     std::vector<float> stopTimes_;  // by id
     std::vector<double> horizons_;  // how far a front is to go on; infinite where it has

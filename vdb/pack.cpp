@@ -2,7 +2,6 @@
 
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <mutex>
@@ -18,6 +17,7 @@
 #include "pavel/vdb/overlap.h"
 #include "pavel/vdb/redistance.h"
 #include "pavel/vdb/region_builder.h"
+#include "pavel/vdb/sweep.h"
 #include "pavel/vdb/voxelize.h"
 
 namespace pavel {
@@ -34,22 +34,6 @@ void forEachElement(size_t n, const RunContext& context, const char* stage, doub
         if (k % 16 == 0) {
             const std::lock_guard<std::mutex> lock(reporting);
             context.progress(stage, from + (to - from) * double(k) / double(n));
-        }
-    });
-    context.progress(stage, to);
-}
-
-/// Runs f(element) in an order that is kept whatever the number of threads: who is free takes the next.
-template <class F>
-void inOrder(const std::vector<int>& order, const RunContext& context, const char* stage, double from, double to, F f) {
-    std::atomic<size_t> next{0};
-    std::mutex reporting;
-    tbb::parallel_for(0, tbb::this_task_arena::max_concurrency(), [&](int) {
-        for (size_t k = next++; k < order.size(); k = next++) {
-            f(order[k]);
-            if (k % 16 != 0) continue;
-            const std::lock_guard<std::mutex> lock(reporting);
-            context.progress(stage, from + (to - from) * double(k) / double(order.size()));
         }
     });
     context.progress(stage, to);
@@ -121,26 +105,13 @@ std::vector<WorkElement> voxelizeAll(const std::vector<CanonicalField>& fields, 
         e.centre = e.indexFromElement.apply(field.centroid);
         e.size = field.bounds.diagonal() * e.indexFromElement.scale;
         if (deep && !std::isinf(e.stiffness)) e.deep = &field;
-        const BlockLevelSet shape = voxelizePlacement(field, e.indexFromElement);
-        e.placed = shape.compact();
+        e.placed = voxelizePlacement(field, e.indexFromElement).compact();
         e.box = e.placed.box();
-        const InsideMeasure m = shape.measure();
+        const InsideMeasure m = BlockLevelSet(e.placed).measure();  // as it is when it is trimmed
         e.placedVolume = m.volume;
         e.placedVoxels = m.voxels;
     });
     return elements;
-}
-
-/// Elements in the order in which a plane sweeps over them along the longest side of their box.
-std::vector<int> sweepOrder(const std::vector<WorkElement>& elements) {
-    CoordBBox all;
-    for (const WorkElement& e : elements) all.expand(e.box);
-    const size_t axis = all.empty() ? 0 : all.maxExtent();
-    std::vector<int> order(elements.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](int a, int b) { return elements[size_t(a)].centre[axis] < elements[size_t(b)].centre[axis]; });
-    return order;
 }
 
 /// Leaves of the base that no element comes near become tiles.
@@ -284,20 +255,27 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
         result.elements[i].finalVolume = packed.settleVolume(target, mayGrow) * h3;
         grids.elements[i] = packed.compact();
     };
+    const auto drop = [&](int element) {
+        WorkElement& done = coarse[size_t(element)];
+        done.placed = {}, done.body = {}, done.contact.reset();
+        growth.drop(element);
+    };
     std::vector<Outline> outlines(factor > 1 ? n : 0);
     {
         const StageTimer timer(context, "growth");
         growth.march(context);
         std::vector<double> targets(n);
         for (size_t i = 0; i < n; ++i) targets[i] = coarse[i].targetVolume;
-        growth.solveStopTimes(targets, 0.2, factor > 1 ? 1e-3 : kCloseEnough, context,
-                              [&](int i, Region& region, double later) {
-                                  if (factor > 1)
-                                      outlines[size_t(i)] = Outline(region, later, factor);
-                                  else
-                                      finish(i, region, later, targets[size_t(i)]);
-                              });
-        if (factor > 1) growth.lookBeyond();
+        if (factor > 1) {
+            growth.solveStopTimes(targets, 0.2, 1e-3, context, [&](int i, Region& region, double later) {
+                outlines[size_t(i)] = Outline(region, later, factor);
+            });
+            growth.lookBeyond();
+        } else {
+            growth.solveStopTimes(
+                targets, 0.2, kCloseEnough, context,
+                [&](int i, Region& region, double later) { finish(i, region, later, targets[size_t(i)]); }, drop);
+        }
     }
     {
         const StageTimer timer(context, "growth");
@@ -356,10 +334,7 @@ Packing pack(const TriangleMesh& baseMesh, const std::vector<ElementKind>& kinds
             if (!coarse[i].bodyVoxels || (f && f->exhausted) || missing > 5e-5 * r.targetVolume)
                 r.unrecoveredVolume = std::max(0.0, missing);
             const auto release = [&](int j) {
-                if (!shapes.release(j)) return;
-                WorkElement& done = coarse[size_t(j)];
-                done.placed = {}, done.body = {}, done.contact.reset();
-                growth.drop(j);
+                if (shapes.release(j)) drop(j);
             };
             release(element);
             for (int j : rivals[i]) release(j);

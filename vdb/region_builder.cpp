@@ -150,12 +150,14 @@ bool RegionBuilder::load(int i, const Coord& origin, OwnField& field) const {
             std::copy(field.phi, field.phi + 512, made.way);
             std::fill(made.scale, made.scale + 512, 0.f);
             Front::CellField read;
-            for (int cell = 0; cell < 8; ++cell) {
-                if (!block->cells[cell]) continue;
-                front->read(*block, cell, field.phi, read);
-                const float* times = block->cells[cell]->time;
+            GrowthCell spread;
+            for (int number = 0; number < 8; ++number) {
+                const GrowthCell* cell = front->look(*block, number, spread);
+                if (!cell) continue;
+                front->read(*cell, number, field.phi, read);
+                const float* times = cell->time;
                 for (int k = 0; k < GrowthCell::kCount; k += 4) {
-                    const int row = GrowthBlock::voxelOf(cell, k);
+                    const int row = GrowthBlock::voxelOf(number, k);
                     for (int z = 0; z < 4; ++z) {
                         made.scale[row + z] = times[k + z] < GrowthBlock::kNever ? read.scale[k + z] : 0;
                         made.way[row + z] = read.way[k + z];

@@ -10,10 +10,9 @@ namespace pavel::test {
 
 /// Voxelises an element whose frame is known.
 inline void place(WorkElement& e, const CanonicalField& field) {
-    const BlockLevelSet shape = voxelizePlacement(field, e.indexFromElement);
-    e.placed = shape.compact();
+    e.placed = voxelizePlacement(field, e.indexFromElement).compact();
     e.box = e.placed.box();
-    const InsideMeasure m = shape.measure();
+    const InsideMeasure m = BlockLevelSet(e.placed).measure();
     e.placedVolume = m.volume, e.placedVoxels = m.voxels;
 }
 

@@ -277,7 +277,7 @@ TEST(Depth, ATipKeepsItsShareInsideAFlank) {
     EXPECT_LT(byDepth, 0.7 * common);
     for (WorkElement& e : deep.elements) e.deep = nullptr, e.contacts.clear();
     test::resolve(deep.elements);
-    EXPECT_GT(deep.elements[1].lost(), 0.95 * common);  // the flank's centre is nearer to all of it
+    EXPECT_GT(deep.elements[1].lost(), 0.94 * common);  // the flank's centre is nearer to all of it
 }
 
 TEST(Depth, TheSamePlaceGoesToTheLowerId) {
