@@ -20,14 +20,26 @@ void Front::rest() {
 
 void Front::wake() {
     if (resting_.empty()) return;
-    for (GrowthBlock& block : blocks)
+    for (GrowthBlock& block : blocks) {
+        const unsigned there = resting_.cells(block.number);
         for (int c = 0; c < 8; ++c) {
-            if (!(resting_.cells(block.number) >> c & 1)) continue;
+            if (!(there >> c & 1)) continue;
             GrowthCell& cell = add(block, c);
             resting_.read(block.number, c, cell);
-            for (int i = 0; i < GrowthCell::kCount; ++i)
-                if (cell.state[i] == kFar) cell.state[i] = block.untouched(GrowthBlock::voxelOf(c, i));
+            for (int i = 0; i < GrowthCell::kCount; i += 4) {  // four follow each other in a mask's word
+                const int v = GrowthBlock::voxelOf(c, i);
+                unsigned body = unsigned(block.body->getWord<uint64_t>(openvdb::Index(v >> 6)) >> (v & 63)) & 15;
+                for (; body; body &= body - 1) {
+                    uint8_t& state = cell.state[i + __builtin_ctz(body)];
+                    if (state == kFar) state = kBody;
+                }
+            }
         }
+    }
+    if (queuesGone_)
+        resting_.forEach(kTrial, [&](int block, int v, float time, uint8_t) {
+            heap_.push({time, keyOf(blocks[size_t(block)], v)});
+        });
     resting_ = {};
 }
 
@@ -39,14 +51,13 @@ void Front::forget() {
     Queue().swap(heap_), std::vector<Arrival>().swap(claimed_), std::vector<uint32_t>().swap(leftOut_);
 }
 
-/// What waits, and what was accepted beside voxels that nothing was asked of.
+/// What was accepted beside voxels that nothing was asked of.
 void Front::findQueues() {
     if (!queuesGone_) return;
     queuesGone_ = false;
+    if (!pastEnd_) return;
     for (GrowthBlock& block : blocks)
         block.forEachVoxel([&](int v, const GrowthCell& cell, int i) {
-            if (cell.state[i] == kTrial) heap_.push({cell.time[i], keyOf(block, v)});
-            if (!pastEnd_) return;
             if (cell.state[i] != kReal && (cell.state[i] != kGhost || claimTime(block.claims->at(v)) == 0)) return;
             for (int side = 0, n; side < 6; ++side) {
                 const GrowthBlock* other = step(&block, v, side, n);

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstring>
 
 namespace pavel {
 
@@ -35,11 +36,12 @@ double cubeShareUnderPlane(double value, Vec3 n) {
 }
 
 PAVEL_WIDE InsideMeasure measureBlock(const HaloBlock& f) {
-    int inside[8] = {};
-    double shares[8] = {};
+    constexpr int kLanes = 8;
+    int cut[512], inside[8] = {};
+    const auto first = [&](int row) { return &f[size_t(((row >> 3) + 1) * 100 + ((row & 7) + 1) * 10 + 1)]; };
     for (int row = 0; row < 64; ++row) {
-        const float* at = &f[size_t(((row >> 3) + 1) * 100 + ((row & 7) + 1) * 10 + 1)];
-        int isCut[8], cut = 0;
+        const float* at = first(row);
+        int isCut[8];
         PAVEL_ROLLED
         for (int z = 0; z < 8; ++z) {
             const float v = at[z], gx = std::abs(at[z + 100] - at[z - 100]), gy = std::abs(at[z + 10] - at[z - 10]),
@@ -47,19 +49,37 @@ PAVEL_WIDE InsideMeasure measureBlock(const HaloBlock& f) {
             // Half the sum of the slopes is how far the values reach at a voxel's corners: beyond it, the plane misses.
             isCut[z] = int(std::abs(v) < 1.8f) & int(std::abs(v) < 0.25f * (gx + gy + gz));
             inside[z] += v < 0;
-            cut += isCut[z];
         }
-        if (!cut) continue;
+        std::copy(isCut, isCut + 8, cut + 8 * row);
+    }
+    // Cut voxels are few, and dear: gathered, so that none of the lanes is idle.
+    uint8_t cutBytes[512];
+    for (int v = 0; v < 512; ++v) cutBytes[v] = uint8_t(cut[v]);
+    float value[512 + kLanes], slopes[3][512 + kLanes];
+    int count = 0;
+    for (int row = 0; row < 64; ++row) {
+        uint64_t bytes;
+        std::memcpy(&bytes, cutBytes + 8 * row, 8);
+        for (; bytes; bytes &= bytes - 1, ++count) {
+            const float* v = first(row) + __builtin_ctzll(bytes) / 8;
+            value[count] = *v;
+            slopes[0][count] = v[100] - v[-100], slopes[1][count] = v[10] - v[-10], slopes[2][count] = v[1] - v[-1];
+        }
+    }
+    std::fill_n(value + count, kLanes, 1.f);  // outside
+    for (auto& slope : slopes) std::fill_n(slope + count, kLanes, 0.1f);
+    double shares[kLanes] = {};
+    for (int k = 0; k < count; k += kLanes) {
         PAVEL_ROLLED
-        for (int z = 0; z < 8; ++z) {
-            const double v = at[z], share = shareUnderPlane(2 * v, at[z + 100] - at[z - 100], at[z + 10] - at[z - 10],
-                                                            at[z + 1] - at[z - 1]);
-            const double more = share - (v < 0 ? 1.0 : 0.0);
-            shares[z] += isCut[z] ? more : 0.0;
+        for (int i = 0; i < kLanes; ++i) {
+            const double v = double(value[k + i]);
+            shares[i] +=
+                shareUnderPlane(2 * v, slopes[0][k + i], slopes[1][k + i], slopes[2][k + i]) - (v < 0 ? 1.0 : 0.0);
         }
     }
     InsideMeasure m;
-    for (int z = 0; z < 8; ++z) m.voxels += uint64_t(inside[z]), m.volume += shares[z];
+    for (int z = 0; z < 8; ++z) m.voxels += uint64_t(inside[z]);
+    for (const double share : shares) m.volume += share;
     m.volume += double(m.voxels);
     return m;
 }
