@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "pavel/vdb/creases.h"
 #include "pavel/vdb/measure.h"
 #include "pavel/vdb/packed_blocks.h"
 #include "pavel/vdb/redistance.h"
@@ -37,38 +38,6 @@ std::vector<Coord> combinedOrigins(const openvdb::FloatTree& all, const openvdb:
     return sortedOnce(std::move(origins));
 }
 
-/// Minimum of two distances with a fillet in the crease between them, a voxel deep: slits thinner than a voxel, which
-/// no grid or printer can show, are filled instead of leaving a row of beads, and both sides of a contact face are well
-/// inside. Fades out where the farther surface's narrow band ends.
-float blendedMin(float a, float b) {
-    constexpr float kBlend = kResultBand, kDeeper = 0.25f;  // as a mere parabola it would be three quarters deep
-    constexpr float kFade = 1.5f;
-    const float farther = std::max(a, b), apart = std::abs(a - b), h = std::max(0.f, kBlend - apart),
-                u = std::max(0.f, 1 - apart * apart / (kBlend * kBlend)),
-                share = std::clamp((kBlend - farther) / kFade, 0.f, 1.f);
-    return std::min(a, b) - share * (h * h / (4 * kBlend) + kDeeper * u * u);
-}
-
-/// Union of all elements in one block.
-void unionValues(const ElementIndex& index, const std::vector<const CompactLevelSet*>& elements, const Coord& origin,
-                 bool touching, float* values) {
-    float second[512], one[512];
-    std::fill(values, values + 512, kBand);
-    std::fill(second, second + 512, kBand);
-    for (int i : index.meeting(CoordBBox(origin, origin.offsetBy(7)))) {
-        const int block = elements[size_t(i)]->at(origin);
-        if (block == CompactLevelSet::kOutside) continue;
-        elements[size_t(i)]->read(block, one);
-        for (int v = 0; v < 512; ++v) {
-            const float own = one[v];
-            second[v] = std::min(second[v], std::max(values[v], own));
-            values[v] = std::min(values[v], own);
-        }
-    }
-    for (int v = 0; v < 512; ++v)
-        values[v] = std::clamp(touching ? blendedMin(values[v], second[v]) : values[v], -kBand, kBand);
-}
-
 /// All voxels go active, so that a later flood fill takes every sign as it stands.
 void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values) {
     auto* leaf = tree.touchLeaf(origin);
@@ -79,7 +48,7 @@ void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values)
 }  // namespace
 
 openvdb::FloatTree::Ptr unionOf(const std::vector<const CompactLevelSet*>& elements, bool touching) {
-    const ElementIndex index(boxesOf(elements));
+    const ElementUnion all(elements);
     const std::vector<Coord> origins = unionOrigins(elements);
     auto tree = std::make_shared<openvdb::FloatTree>(kBand);
     constexpr size_t kChunk = 4096;
@@ -87,11 +56,13 @@ openvdb::FloatTree::Ptr unionOf(const std::vector<const CompactLevelSet*>& eleme
     for (size_t first = 0; first < origins.size(); first += kChunk) {
         const size_t count = std::min(kChunk, origins.size() - first);
         tbb::parallel_for(size_t(0), count, [&](size_t k) {
-            unionValues(index, elements, origins[first + k], touching, &values[k * 512]);
+            float second[512];
+            all.read(origins[first + k], &values[k * 512], second);
         });
         for (size_t k = 0; k < count; ++k) setLeaf(*tree, origins[first + k], &values[k * 512]);
     }
     openvdb::tools::signedFloodFillWithValues(*tree, kBand, -kBand);
+    if (touching) all.fillCreases(*tree);
     return tree;
 }
 

@@ -6,8 +6,8 @@ namespace pavel {
 
 /// Makes grids.surface = max(union of the elements, -base) and, where asked for, grids.solid = min(union, base), both
 /// as clean distances, from the packed elements and the base in `grids`; and grids.ids. Creases between elements that
-/// touch get a fillet a voxel deep, whose volume is taken back evenly from the decoration's surface; where a gap was
-/// left nothing touches, and none is made.
+/// touch get a fillet a voxel deep, whose volume is taken back evenly from the decoration's surface; where they run on
+/// flush, or a gap was left, none is made.
 /// @param volume of all elements, in voxels
 void fuse(double volume, bool withSolid, bool touching, PackedGrids& grids);
 
