@@ -51,7 +51,7 @@ void Front::forget() {
     Queue().swap(heap_), std::vector<Arrival>().swap(claimed_), std::vector<uint32_t>().swap(leftOut_);
 }
 
-/// What was accepted beside voxels that nothing was asked of.
+/// What was accepted beside voxels that wait, or that nothing was asked of.
 void Front::findQueues() {
     if (!queuesGone_) return;
     queuesGone_ = false;
@@ -61,7 +61,8 @@ void Front::findQueues() {
             if (cell.state[i] != kReal && (cell.state[i] != kGhost || claimTime(block.claims->at(v)) == 0)) return;
             for (int side = 0, n; side < 6; ++side) {
                 const GrowthBlock* other = step(&block, v, side, n);
-                if (other && other->state(n) != kFar) continue;
+                // What was asked and does not wait is out of reach.
+                if (other && other->state(n) != kTrial && (other->state(n) != kFar || other->contact(n) >= 0)) continue;
                 leftOut_.push_back(keyOf(block, v));
                 break;
             }

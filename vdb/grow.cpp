@@ -171,9 +171,9 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
         tbb::parallel_for(size_t(0), list.size(), [&](size_t k) { f(list[k]); });
     };
     open = all;
+    std::unique_ptr<LastCalls> calls;
     for (int round = 0; round < kMostRounds && !open.empty(); ++round) {
         const RegionBuilder builder(elements_, base_, fronts_);
-        std::unique_ptr<LastCalls> calls;  // what moves in the first round is little, and all that may be asked for
         if (done && round == 0) calls = std::make_unique<LastCalls>(elements_, fronts_, builder);
         const auto moves = [&](int i) { return std::abs(shifts[size_t(i)].later) > still * shifts[size_t(i)].reach; };
         inOrder(open, context, "growth", round == 0 ? 0.6 : 0.8, 0.8, [&](int i) {
@@ -184,7 +184,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             if (use) use(i, region, s.later);
             // Later rounds only mend what the neighbours' moves did; halved, so that two cannot chase each other.
             if (round > 1) s.later *= 0.5;
-            if (calls && !moves(i)) calls->standsStill(i, done);
+            if (calls && round == 0 && !moves(i)) calls->standsStill(i, done);
         });
         std::vector<char> moved(n, 0), goesOn(n, 0);
         for (int i : open) {
@@ -205,9 +205,11 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
         each(dry, [&](int i) {
             Front& f = *fronts_[size_t(i)];
             f.exhausted = f.frontSpeed() < kStuckShare * f.weight;
+            f.rest();
         });
         open.clear();
         for (int i : all) {
+            if (calls && !calls->mayAsk(i)) continue;  // its last shape stands
             const auto& around = elements_[size_t(i)].neighbours;
             if (goesOn[size_t(i)] || std::any_of(around.begin(), around.end(), [&](int k) { return moved[size_t(k)]; }))
                 open.push_back(i);

@@ -46,7 +46,7 @@ class Growth {
     /// The same, and Front::lookBeyond for all; call before the clock is freed.
     void lookBeyond();
     /// Frees the shared clock: no more marching after this.
-    void dropClaims() { claims_.clear(); }
+    void dropClaims() { claims_.clear(), hasClaims_ = false; }
     /// Frees what one front knows of its voxels.
     void drop(int i) {
         if (fronts_[size_t(i)]) fronts_[size_t(i)]->forget();

@@ -38,9 +38,8 @@ RestingCells::RestingCells(const std::deque<GrowthBlock>& blocks, float farthest
     }
     cells_.shrink_to_fit();
     time_.reserve(voxels), contact_.reserve(voxels), state_.reserve(voxels);
-    const float numbers = 1 / perSquare_;
-    const auto number = [&](float contact) {
-        return contact < 0 ? kUnknown : uint16_t(std::min(std::sqrt(contact * numbers) + 0.5f, float(kFarthest)));
+    const auto number = [](float contact, float perSquare) {
+        return contact < 0 ? kUnknown : uint16_t(std::min(std::sqrt(contact / perSquare) + 0.5f, float(kFarthest)));
     };
     size_t k = 0;
     for (const GrowthBlock& block : blocks)
@@ -49,7 +48,7 @@ RestingCells::RestingCells(const std::deque<GrowthBlock>& blocks, float farthest
             for (uint64_t bits = cells_[k++].known; bits; bits &= bits - 1) {
                 const int i = __builtin_ctzll(bits);
                 time_.push_back(cell->time[i]), state_.push_back(cell->state[i]);
-                contact_.push_back(number(cell->contact[i]));
+                contact_.push_back(number(cell->contact[i], cell->state[i] == kInner ? kPerScale : perSquare_));
             }
         }
 }
@@ -64,7 +63,8 @@ void RestingCells::read(int block, int c, GrowthCell& out) const {
         const int i = __builtin_ctzll(bits);
         const float number = float(contact_[from]);
         out.time[i] = time_[from], out.state[i] = state_[from] & uint8_t(~kHeld);
-        out.contact[i] = contact_[from] == kUnknown ? -1 : perSquare_ * number * number;
+        out.contact[i] =
+            contact_[from] == kUnknown ? -1 : (out.state[i] == kInner ? kPerScale : perSquare_) * number * number;
     }
 }
 

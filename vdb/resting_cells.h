@@ -55,7 +55,9 @@ class RestingCells {
     std::vector<Block> blocks_;
     std::vector<Cell> cells_;
     static constexpr uint16_t kUnknown = 0xffff, kFarthest = 0xfffe;
-    float perSquare_ = 0;  // of contact_: distance over the number squared
+    // Of contact_: distance over the number squared; and of inner voxels' scales, which are speeds, at most 1.
+    float perSquare_ = 0;
+    static constexpr float kPerScale = 4 / (float(kFarthest) * float(kFarthest));
     std::vector<float> time_;
     std::vector<uint16_t> contact_;
     std::vector<uint8_t> state_;

@@ -134,6 +134,31 @@ TEST(LastCalls, DoNotComeForThoseThatMoved) {
     for (const int near : {0, 1, 2}) EXPECT_FALSE(done.count(near)) << near;
 }
 
+TEST(LastCalls, KeepWhomMovesMayReach) {
+    constexpr int kCount = 16;
+    Row row(kCount);
+    row.targets[0] *= 1.05;  // moves on, and its neighbours after it, for several rounds
+    std::mutex mutex;
+    std::set<int> done;
+    std::vector<double> volumes(kCount, -1);
+    std::vector<int> times(kCount, 0);
+    const auto use = [&](int i, Region& region, double later) {
+        volumes[size_t(i)] = RegionMeasure(region)(later).volume;
+        const std::lock_guard<std::mutex> lock(mutex);
+        EXPECT_FALSE(done.count(i)) << i << " is asked for again";
+        ++times[size_t(i)];
+    };
+    row.growth->solveStopTimes(row.targets, 0.03, 1e-4, RunContext(), use, [&](int i) {
+        row.growth->drop(i);
+        row.elements[size_t(i)].placed = {}, row.elements[size_t(i)].body = {};
+        const std::lock_guard<std::mutex> lock(mutex);
+        done.insert(i);
+    });
+    EXPECT_TRUE(done.count(kCount - 1));
+    EXPECT_GT(times[1], 1);
+    for (int i = 0; i < kCount; ++i) EXPECT_NEAR(volumes[size_t(i)] / row.targets[size_t(i)], 1, 5e-3) << i;
+}
+
 TEST(Front, GoesOnFromItsRestAmongTheClaimsOfOthers) {
     // The first one moves on by a voxel or so while the shared clock is away; faces stay where both arrive.
     Row row(3);
