@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "pavel/vdb/region_builder.h"
 
@@ -19,22 +18,23 @@ LastCalls::LastCalls(const std::vector<WorkElement>& elements, const std::vector
     });
     each([&](size_t k) {
         if (!fronts[k]) return;
-        std::vector<int> watched{int(k)}, layer = watched;
-        for (int step = 0; step < kSteps; ++step) {
-            std::vector<int> next;
-            for (int i : layer) {
-                const auto &rivals = asking_[size_t(i)], &beside = elements[size_t(i)].neighbours;
-                next.insert(next.end(), rivals.begin(), rivals.end());
-                next.insert(next.end(), beside.begin(), beside.end());
+        static thread_local std::vector<char> seen;  // all clear but while one is worked on
+        seen.resize(elements.size());
+        std::vector<int> watched{int(k)};
+        seen[k] = 1;
+        size_t first = 0;
+        for (int step = 0; step < kSteps; ++step)
+            for (const size_t end = watched.size(); first < end; ++first) {
+                const size_t i = size_t(watched[first]);
+                for (const auto* beside :
+                     std::initializer_list<const std::vector<int>*>{&asking_[i], &elements[i].neighbours})
+                    for (int j : *beside) {
+                        if (seen[size_t(j)]) continue;
+                        seen[size_t(j)] = 1;
+                        watched.push_back(j);
+                    }
             }
-            std::sort(next.begin(), next.end());
-            next.erase(std::unique(next.begin(), next.end()), next.end());
-            layer.clear();
-            std::set_difference(next.begin(), next.end(), watched.begin(), watched.end(), std::back_inserter(layer));
-            const size_t before = watched.size();
-            watched.insert(watched.end(), layer.begin(), layer.end());
-            std::inplace_merge(watched.begin(), watched.begin() + std::ptrdiff_t(before), watched.end());
-        }
+        for (int j : watched) seen[size_t(j)] = 0;
         for (int j : watched) ++pending_[size_t(j)];
         watched_[k] = std::move(watched);
     });
