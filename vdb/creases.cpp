@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <unordered_map>
 
 #include "pavel/vdb/leaf_tables.h"
@@ -158,7 +157,7 @@ void ElementUnion::fillCreases(openvdb::FloatTree& tree) const {
     tbb::parallel_for(size_t(0), leaves.size(), [&](size_t k) {
         const Coord& origin = leaves[k]->origin();
         float least[512], second[512], closed[512], share[512];
-        read(origin, least, second);
+        read(origin, least, second);  // once more: to keep all second distances would double the memory
         float* values = leaves[k]->buffer().data();
         const bool mixed = isFlush(origin) && filletShares(known, origin, share);
         if (mixed) readBlock(*offset, origin, closed);

@@ -186,7 +186,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             if (round > 1) s.later *= 0.5;
             if (calls && round == 0 && !moves(i)) calls->standsStill(i, done);
         });
-        std::vector<char> moved(n, 0), goesOn(n, 0);
+        std::vector<char> moved(n, 0);
         for (int i : open) {
             const StopShift& s = shifts[size_t(i)];
             Front& f = *fronts_[size_t(i)];
@@ -194,7 +194,6 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
             moved[size_t(i)] = moves(i);
             // As far beyond as before this move; after a small one, or one backwards, what is known already will do.
             if (moved[size_t(i)] && s.later > 0) horizons_[size_t(i)] = f.stopTime + kBeyond / f.weight;
-            goesOn[size_t(i)] = moved[size_t(i)];
         }
         // A front may have run dry by its neighbours' late moves.
         std::vector<int> dry;
@@ -211,7 +210,7 @@ void Growth::solveStopTimes(const std::vector<double>& targets, double still, do
         for (int i : all) {
             if (calls && !calls->mayAsk(i)) continue;  // its last shape stands
             const auto& around = elements_[size_t(i)].neighbours;
-            if (goesOn[size_t(i)] || std::any_of(around.begin(), around.end(), [&](int k) { return moved[size_t(k)]; }))
+            if (moved[size_t(i)] || std::any_of(around.begin(), around.end(), [&](int k) { return moved[size_t(k)]; }))
                 open.push_back(i);
         }
         catchUp(seenBy(open, builder));
