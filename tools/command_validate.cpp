@@ -8,6 +8,7 @@
 #include "pavel/seeding/seed.h"
 #include "pavel/tools/commands.h"
 #include "pavel/tools/load.h"
+#include "pavel/tools/machine_speed.h"
 #include "pavel/vdb/pack.h"
 
 namespace pavel {
@@ -59,13 +60,12 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     // Growth costs by the surface on the grid that fronts march on.
     const double factor = marchingFactor(thinnest * leastScale / h, rise * leastScale / h);
     const double marched = surface / (factor * factor);
-    // Bytes for each voxel of surface, as measured on the built-in scenes: shapes at rest, growth, meshes, and on a
-    // finer grid than that of the fronts what is there for a while.
-    const double bytes = 200e6 + 175 * baseSurface + (factor > 1 ? 175 * surface + 60 * marched : 165 * surface);
-    // Seconds of CPU, likewise: the whole run with its files.
+    // Measured on the built-in scenes and on 10,000 pearls, whole runs with their files: within a quarter, all of them.
+    const double bytes = 180e6 + 515 * baseSurface + 51 * surface;
     const auto& formats = scene.output.mesh;
     const bool packed = std::find(formats.begin(), formats.end(), "3mf") != formats.end();  // its library is slow
-    const double cpu = 2.5 + 0.0018 * n + (packed ? 6.5e-6 : 4.5e-6) * (surface + baseSurface) + 5.5e-6 * marched;
+    const double work = 4.6 + 0.0017 * n + (packed ? 9.6e-6 : 6.3e-6) * (surface + baseSurface) + 1.4e-6 * marched;
+    const double cpu = work / machineSpeed();
     const int threads = options.threads > 0 ? options.threads : int(tbb::info::default_concurrency());
     std::printf(
         "%s: valid\n  elements           about %.0f\n  voxel size         %.6g %s\n  decoration voxels  about %.1f "
