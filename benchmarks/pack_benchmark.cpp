@@ -17,7 +17,6 @@
 
 #include "pavel/core/error.h"
 #include "pavel/seeding/seed.h"
-#include "pavel/tools/huge_pages.h"
 #include "pavel/tools/load.h"
 #include "pavel/vdb/pack.h"
 
@@ -115,7 +114,6 @@ json inChild(F f) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    pavel::useHugePages(argv);  // as the program does
     int threads = 0;
     std::vector<std::pair<int, double>> sizes;
     for (int i = 1; i < argc; ++i) {

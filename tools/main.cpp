@@ -11,7 +11,6 @@
 #include "pavel/core/shapes.h"
 #include "pavel/io/mesh_write.h"
 #include "pavel/tools/commands.h"
-#include "pavel/tools/huge_pages.h"
 #include "pavel/tools/paged_heap.h"
 
 namespace {
@@ -132,7 +131,6 @@ int run(int argc, char** argv) {
         app.exit(e, std::cerr, std::cerr);
         return 2;
     }
-    if ((*decorate || *shell) && common.memoryLimit == 0) pavel::useHugePages(argv);
     std::unique_ptr<tbb::global_control> threads;
     if (common.threads > 0)
         threads =
