@@ -3,6 +3,7 @@
 // OFF are written here, and so is USD's text. So is GLB: libraries hold the whole file in memory, several times. 3MF
 // goes through lib3mf.
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,12 @@ namespace pavel {
 struct MeshLook {
     Vec3 color{0.8, 0.8, 0.8};  ///< sRGB in [0, 1]
     Finish finish = Finish::clay;
+    /// Of a blend of two other looks: for programs that do not blend it stands for the first.
+    struct Blend {
+        uint32_t own = 0, other = 0;
+        double share = 0;  ///< of the other
+    };
+    std::optional<Blend> blend{};
 };
 
 struct MeshObject {
@@ -26,6 +33,11 @@ struct MeshObject {
     std::vector<MeshLook> looks;       ///< where colour and finish differ from place to place
     std::vector<uint32_t> vertexLook;  ///< which of `looks` each vertex has; empty: `color` and `finish` everywhere
     const Vec3& colorAt(size_t v) const { return vertexLook.empty() ? color : looks[vertexLook[v]].color; }
+    /// The look without a blend.
+    uint32_t solidLook(size_t v) const {
+        const auto& blend = looks[vertexLook[v]].blend;
+        return blend ? blend->own : vertexLook[v];
+    }
     Finish finishAt(size_t v) const { return vertexLook.empty() ? finish : looks[vertexLook[v]].finish; }
     /// Where it stands, with a name each; none: as it is. GLB only, where the mesh is then stored once.
     std::vector<std::pair<std::string, Frame>> instances;

@@ -156,6 +156,28 @@ class ShadowMap {
     Camera camera_;
 };
 
+/// The finishes at a point, and how much there is of each: mostly but one.
+struct FinishShares {
+    static constexpr int kMost = 6;  // two at each of three corners
+    Finish finish[kMost];
+    double share[kMost];
+    int count = 0;
+    void add(Finish of, double part) {
+        int i = 0;
+        while (i < count && finish[i] != of) ++i;
+        if (i == count) finish[count] = of, share[count++] = 0;
+        share[i] += part;
+    }
+    void add(const MeshObject& object, size_t v, double part) {
+        const MeshLook::Blend* blend = object.vertexLook.empty() || !object.looks[object.vertexLook[v]].blend
+                                           ? nullptr
+                                           : &*object.looks[object.vertexLook[v]].blend;
+        if (!blend) return add(object.finishAt(v), part);
+        add(object.looks[blend->own].finish, part * (1 - blend->share));
+        add(object.looks[blend->other].finish, part * blend->share);
+    }
+};
+
 /// RGBA, row by row.
 std::vector<uint8_t> render(const std::vector<MeshObject>& objects, const View& view) {
     const Bounds bounds = boundsOf(objects);
@@ -222,14 +244,14 @@ std::vector<uint8_t> render(const std::vector<MeshObject>& objects, const View& 
                 double b[3];
                 Raster::weights(q, x + 0.5, y + 0.5, b);
                 Vec3 n(0, 0, 0), p(0, 0, 0), color(0, 0, 0);
+                FinishShares finishes;
                 for (size_t k = 0; k < 3; ++k) {
                     const size_t v = size_t(tri[k]);
                     n += b[k] * stage.normal(o, v);
                     p += b[k] * object.mesh.points[v];
                     color += b[k] * object.colorAt(v);
+                    finishes.add(object, v, b[k]);
                 }
-                const size_t most = size_t(std::max_element(b, b + 3) - b);
-                const Finish finish = object.finishAt(size_t(tri[most]));
                 const double depth = raster.depth[at];
                 if (view.cut && section[at]) {
                     n = view.cut->normal;
@@ -248,7 +270,8 @@ std::vector<uint8_t> render(const std::vector<MeshObject>& objects, const View& 
                 point.open = ao;
                 point.lit = light.lit;
                 point.depth = light.depth / (0.05 * radius);
-                sum += studio.shade(point, look(finish));
+                for (int k = 0; k < finishes.count; ++k)
+                    sum += finishes.share[k] * studio.shade(point, look(finishes.finish[k]));
             }
             uint8_t* pixel = &rgba[(size_t(py) * size_t(view.width) + size_t(px)) * 4];
             const double samples = view.transparent ? std::max(1, hits) : kSuper * kSuper;

@@ -73,10 +73,10 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     view.sharpCreases = output.remeshVertices.has_value();
     std::vector<MeshObject> fused;
     // Here and below: what is done with makes room.
-    if (!output.separate && !output.figure) dropElements(packing);
     returnFreedMemory();
     if (merged || output.preview) fused.push_back(fusedMesh(packing, kinds, placed, look, output, context));
     dropSolid(packing);
+    if (!output.separate && !output.figure) dropElements(packing);
     MeshCounts triangles;
     if (merged) {
         triangles.extracted = fused[0].mesh.triangles.size();

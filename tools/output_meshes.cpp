@@ -5,7 +5,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
+#include <map>
 
 #include "pavel/seeding/remesh.h"
 #include "pavel/tools/objects.h"
@@ -29,10 +32,26 @@ MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds
     for (size_t t = 0; t < fused.ids.size(); ++t)
         for (int v : object.mesh.triangles[t])
             if (uint32_t& l = object.vertexLook[size_t(v)]; l == 0) l = uint32_t(fused.ids[t]);
+    // Blended in steps, so that there are few looks.
+    constexpr int kSteps = 16;
+    std::map<std::array<int, 3>, uint32_t> blends;
+    for (const SeamVertex& s : fused.seams) {
+        uint32_t& l = object.vertexLook[size_t(s.vertex)] = uint32_t(s.id);
+        const int step = int(std::lround(kSteps * s.share));
+        if (step == 0) continue;
+        const auto [known, isNew] = blends.try_emplace({s.id, s.other, step}, uint32_t(object.looks.size()));
+        l = known->second;
+        if (!isNew) continue;
+        const MeshLook::Blend blend{uint32_t(s.id), uint32_t(s.other), double(step) / kSteps};
+        const MeshLook own = object.looks[blend.own], other = object.looks[blend.other];
+        object.looks.push_back({own.color + blend.share * (other.color - own.color), own.finish, blend});
+    }
     return object;
 }
 
 void remeshObject(MeshObject& object, size_t vertices, const std::function<void(double)>& progress) {
+    for (size_t v = 0; v < object.vertexLook.size(); ++v)
+        object.vertexLook[v] = object.solidLook(v);  // finer than that
     Remeshed fine = remeshed(object.mesh, vertices, progress);
     std::vector<int> nearest(fine.mesh.points.size(), 0);  // a vertex of the old mesh for each of the new
     for (size_t t = fine.source.size(); t-- > 0;)

@@ -12,6 +12,7 @@
 #include "pavel/core/error.h"
 #include "pavel/vdb/level_set_mesh.h"
 #include "pavel/vdb/packed_grids.h"
+#include "pavel/vdb/seam_vertices.h"
 
 namespace pavel {
 namespace {
@@ -134,6 +135,7 @@ LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivi
                 out.ids[t] = nearestId(ids, nearestVoxel(centre));
         }
     });
+    out.seams = seamVertices(grids, packing.voxelSize, withBase, out.mesh, out.ids);
     return out;
 }
 

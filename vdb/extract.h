@@ -4,10 +4,18 @@
 
 namespace pavel {
 
-/// A mesh whose triangles carry the id of their element; 0: base.
+/// A vertex near a seam: whose it is (0: the base's), who is next, and how much of that one shows there: from 0 to 1/2
+/// at the seam itself, evenly across it.
+struct SeamVertex {
+    int vertex = 0, id = 0, other = 0;
+    float share = 0;
+};
+
+/// A mesh whose triangles carry the id of their element; 0: base. Where labels meet, `seams` know better.
 struct LabelledMesh {
     TriangleMesh mesh;
     std::vector<int> ids;
+    std::vector<SeamVertex> seams;  ///< by vertex, ascending
 };
 
 /// `adaptivity` everywhere: in [0, 1], larger triangles where the surface is flat.

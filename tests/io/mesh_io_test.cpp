@@ -97,8 +97,9 @@ TEST(MeshWrite, ThreeMfHoldsUnitsNamesAndColours) {
     a.color = Vec3(1, 0, 0);
     b.name = "second";
     b.mesh = test::box({2, 0, 0}, {3, 1, 1});
-    b.looks = {{Vec3(0, 1, 0)}};
+    b.looks = {{Vec3(0, 1, 0)}, {Vec3(0, 0.5, 0.5), Finish::clay, MeshLook::Blend{0, 0, 0.5}}};
     b.vertexLook.assign(b.mesh.points.size(), 0);
+    for (size_t v = 0; v < 4; ++v) b.vertexLook[v] = 1;  // a blend, of which slicers shall see nothing
     MeshFileOptions options;
     options.metresPerUnit = 0.0254;
     writeMesh(folder / "t.3mf", {a, b}, options);
@@ -110,6 +111,7 @@ TEST(MeshWrite, ThreeMfHoldsUnitsNamesAndColours) {
     const std::string xml = textOf(folder / "model.xml");
     for (const char* part : {"unit=\"inch\"", "name=\"first\"", "name=\"second\"", "#FF0000FF", "#00FF00FF"})
         EXPECT_NE(xml.find(part), std::string::npos) << part;
+    EXPECT_EQ(xml.find("#008080FF"), std::string::npos);
     size_t triangles = 0, items = 0;
     for (size_t at = 0; (at = xml.find("<triangle ", at)) != std::string::npos; ++at) ++triangles;
     for (size_t at = 0; (at = xml.find("<item ", at)) != std::string::npos; ++at) ++items;

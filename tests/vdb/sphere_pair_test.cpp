@@ -106,5 +106,39 @@ TEST(SpherePair, GroovesStayOpenOnMuchCoarserGrids) {
     EXPECT_LT(highest, pair.rim / options.voxelSize + 8);
 }
 
+TEST(SpherePair, SeamsOfTheFusedMeshAreFinerThanItsTriangles) {
+    const Pair pair;
+    PackOptions options;
+    options.voxelSize = 0.1;
+    const Packing p = pair.packed(options, true);
+    const LabelledMesh fused = extractFused(p, false);
+    std::vector<const SeamVertex*> at(fused.mesh.points.size());
+    for (const SeamVertex& s : fused.seams) at[size_t(s.vertex)] = &s;
+    int atSeam = 0;
+    for (size_t v = 0; v < at.size(); ++v) {
+        // The contact face is the plane x = 0: both are equally far from it.
+        const double x = fused.mesh.points[v][0] / options.voxelSize;
+        if (std::abs(x) < 1.5) {
+            ASSERT_NE(at[v], nullptr) << x;
+        }
+        if (!at[v]) continue;
+        if (std::abs(x) > 0.1) {
+            EXPECT_EQ(at[v]->id, x < 0 ? 1 : 2) << x;
+        }
+        if (std::abs(x) > 0.1 && at[v]->share > 0) {
+            EXPECT_EQ(at[v]->other, x < 0 ? 2 : 1) << x;
+        }
+        if (std::abs(x) < 0.1) {
+            EXPECT_GT(at[v]->share, 0.3) << x;
+        }
+        if (std::abs(x) > 2.5) {
+            EXPECT_EQ(at[v]->share, 0) << x;
+        }
+        EXPECT_LE(at[v]->share, 0.5);
+        atSeam += at[v]->share > 0.05;
+    }
+    EXPECT_GT(atSeam, 2 * kPi * pair.rim / options.voxelSize / 2);  // along all of the rim
+}
+
 }  // namespace
 }  // namespace pavel

@@ -1,0 +1,14 @@
+#pragma once
+// Where one element ends and the next begins on a fused mesh, finer than its triangles.
+#include "pavel/vdb/extract.h"
+#include "pavel/vdb/packed_grids.h"
+
+namespace pavel {
+
+/// The vertices around the borders between labels, ascending. Distances to the packed elements (and the base, where
+/// `withBase`) tell whose each is: labels alone are as jagged as the triangles.
+/// @param points, triangles in voxels times `h`; `ids` of the triangles, roughly
+std::vector<SeamVertex> seamVertices(const PackedGrids& grids, double h, bool withBase, const TriangleMesh& mesh,
+                                     const std::vector<int>& ids);
+
+}  // namespace pavel
