@@ -16,7 +16,7 @@ namespace pavel {
 struct MeshLook {
     Vec3 color{0.8, 0.8, 0.8};  ///< sRGB in [0, 1]
     Finish finish = Finish::clay;
-    /// Of a blend of two other looks: for programs that do not blend it stands for the first.
+    /// Of a blend of two other looks: the colour lies between theirs, the finish is the first's.
     struct Blend {
         uint32_t own = 0, other = 0;
         double share = 0;  ///< of the other
@@ -33,7 +33,7 @@ struct MeshObject {
     std::vector<MeshLook> looks;       ///< where colour and finish differ from place to place
     std::vector<uint32_t> vertexLook;  ///< which of `looks` each vertex has; empty: `color` and `finish` everywhere
     const Vec3& colorAt(size_t v) const { return vertexLook.empty() ? color : looks[vertexLook[v]].color; }
-    /// The look without a blend.
+    /// The look without a blend: of a blend, the first. Only where vertices have looks.
     uint32_t solidLook(size_t v) const {
         const auto& blend = looks[vertexLook[v]].blend;
         return blend ? blend->own : vertexLook[v];

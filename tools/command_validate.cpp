@@ -60,7 +60,8 @@ void commandValidate(const std::string& path, const CommonOptions& options) {
     // Growth costs by the surface on the grid that fronts march on.
     const double factor = marchingFactor(thinnest * leastScale / h, rise * leastScale / h);
     const double marched = surface / (factor * factor);
-    // Measured on the built-in scenes and on 10,000 pearls, whole runs with their files: within a quarter, all of them.
+    // Measured on the built-in scenes and on 10,000 pearls, whole runs with their files: memory within a quarter, time
+    // within a third or so.
     const double bytes = 180e6 + 515 * baseSurface + 51 * surface;
     const auto& formats = scene.output.mesh;
     const bool packed = std::find(formats.begin(), formats.end(), "3mf") != formats.end();  // its library is slow

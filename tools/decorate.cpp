@@ -77,6 +77,7 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     if (merged || output.preview) fused.push_back(fusedMesh(packing, kinds, placed, look, output, context));
     dropSolid(packing);
     if (!output.separate && !output.figure) dropElements(packing);
+    returnFreedMemory();
     MeshCounts triangles;
     if (merged) {
         triangles.extracted = fused[0].mesh.triangles.size();

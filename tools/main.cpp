@@ -107,7 +107,7 @@ int run(int argc, char** argv) {
     info->add_option("FILE", files, "files")->required();
     addCommon(*info, common, false, voxel);
 
-    auto* validate = app.add_subcommand("validate", "checks a scene and its inputs and estimates the cost");
+    auto* validate = app.add_subcommand("validate", "checks a scene and its inputs and forecasts the cost");
     validate->add_option("SCENE", scene, "scene file")->required();
     addCommon(*validate, common, true, voxel);
 

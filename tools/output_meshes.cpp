@@ -33,7 +33,7 @@ MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds
         for (int v : object.mesh.triangles[t])
             if (uint32_t& l = object.vertexLook[size_t(v)]; l == 0) l = uint32_t(fused.ids[t]);
     // Blended in steps, so that there are few looks.
-    constexpr int kSteps = 16;
+    constexpr int kSteps = 8;
     std::map<std::array<int, 3>, uint32_t> blends;
     for (const SeamVertex& s : fused.seams) {
         uint32_t& l = object.vertexLook[size_t(s.vertex)] = uint32_t(s.id);
@@ -50,8 +50,10 @@ MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds
 }
 
 void remeshObject(MeshObject& object, size_t vertices, const std::function<void(double)>& progress) {
-    for (size_t v = 0; v < object.vertexLook.size(); ++v)
-        object.vertexLook[v] = object.solidLook(v);  // finer than that
+    // Its triangles are larger than blends are wide.
+    for (size_t v = 0; v < object.vertexLook.size(); ++v) object.vertexLook[v] = object.solidLook(v);
+    const auto isBlend = [](const MeshLook& l) { return l.blend.has_value(); };
+    object.looks.erase(std::find_if(object.looks.begin(), object.looks.end(), isBlend), object.looks.end());
     Remeshed fine = remeshed(object.mesh, vertices, progress);
     std::vector<int> nearest(fine.mesh.points.size(), 0);  // a vertex of the old mesh for each of the new
     for (size_t t = fine.source.size(); t-- > 0;)

@@ -115,6 +115,8 @@ uint64_t surfaceVoxels(const Packing& packing, int id) {
 LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity) {
     const PackedGrids& grids = *packing.grids;
     if (withBase && !grids.solid) throw RunError("the solid with the base was not asked for when packing");
+    if (grids.elements.size() != packing.elements.size())
+        throw RunError("the elements were dropped: they tell whose the fused mesh is at its seams");
     LabelledMesh out;
     out.mesh = levelSetMesh(*openvdb::FloatGrid::create(withBase ? grids.solid : grids.surface), packing.voxelSize,
                             adaptivity);

@@ -27,6 +27,7 @@ TriangleMesh extractBase(const Packing& packing, double adaptivity = 0);
 /// Narrow-band voxels of an element or (id 0) of the base: in proportion to its surface, and known without a mesh.
 uint64_t surfaceVoxels(const Packing& packing, int id);
 /// All elements fused into one solid, with the base if it was asked for in the packing; triangles labelled by element.
+/// Before the elements are dropped. @throws RunError
 LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity = 0);
 
 /// Frees the grid of elements and base as one solid, or those of the elements: to make room when no mesh of them will

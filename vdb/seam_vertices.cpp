@@ -12,8 +12,8 @@ namespace {
 
 /// Vertices whose triangles have different labels, and some rings of vertices around them.
 std::vector<int> verticesAtBorders(const TriangleMesh& mesh, const std::vector<int>& ids) {
-    // Labels are off by up to two voxels, about as long as an edge.
-    constexpr uint8_t kRings = 3;
+    // Edges are about a voxel long, labels are off by up to two, and blends reach a voxel or two on from there.
+    constexpr uint8_t kRings = 4;
     std::vector<int> label(mesh.points.size(), -1);
     std::vector<uint8_t> ring(mesh.points.size(), 0);  // 1: at a border; 0: not reached
     for (size_t t = 0; t < ids.size(); ++t)
@@ -51,7 +51,8 @@ struct Nearest {
 
 std::vector<SeamVertex> seamVertices(const PackedGrids& grids, double h, bool withBase, const TriangleMesh& mesh,
                                      const std::vector<int>& ids) {
-    // Differences grow by one to two a voxel: less would leave steps from vertex to vertex.
+    // Differences grow by one to two a voxel, where surfaces meet at an angle: less would leave steps from vertex to
+    // vertex.
     constexpr double kWide = 1;
     constexpr size_t kChunk = 4096;
     const std::vector<int> vertices = verticesAtBorders(mesh, ids);

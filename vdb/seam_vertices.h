@@ -7,7 +7,7 @@ namespace pavel {
 
 /// The vertices around the borders between labels, ascending. Distances to the packed elements (and the base, where
 /// `withBase`) tell whose each is: labels alone are as jagged as the triangles.
-/// @param points, triangles in voxels times `h`; `ids` of the triangles, roughly
+/// @param mesh in voxels times `h`; `ids` of its triangles, roughly
 std::vector<SeamVertex> seamVertices(const PackedGrids& grids, double h, bool withBase, const TriangleMesh& mesh,
                                      const std::vector<int>& ids);
 

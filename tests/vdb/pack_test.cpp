@@ -196,6 +196,17 @@ TEST(Pack, MeshesAreClosedAndHoldTheVolume) {
     size_t decorated = 0;
     for (int id : solid.ids) decorated += id > 0;
     EXPECT_GT(double(decorated) / double(solid.ids.size()), 0.8);
+    // At its seams the mesh is whose level set it lies on, but for the fillets.
+    const std::vector<WorkTree::Ptr> trees = treesOf(p);
+    size_t ofBase = 0, ofElements = 0;
+    for (const SeamVertex& s : solid.seams) {
+        const Vec3 at = solid.mesh.points[size_t(s.vertex)] / p.voxelSize;
+        const double d = s.id == 0 ? sampleAt(*p.grids->base, at) : sampleAt(*trees[size_t(s.id) - 1], at);
+        EXPECT_LT(std::abs(d), 2) << s.id;
+        (s.id == 0 ? ofBase : ofElements) += 1;
+    }
+    EXPECT_GT(ofBase, 100u);
+    EXPECT_GT(ofElements, ofBase);
 }
 
 TEST(Pack, AdaptiveMeshesAreClosedAndSmaller) {

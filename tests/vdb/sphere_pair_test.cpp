@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "pavel/core/error.h"
 #include "pavel/vdb/extract.h"
 #include "pavel/vdb/packed_grids.h"
 #include "support/elements.h"
@@ -110,8 +111,10 @@ TEST(SpherePair, SeamsOfTheFusedMeshAreFinerThanItsTriangles) {
     const Pair pair;
     PackOptions options;
     options.voxelSize = 0.1;
-    const Packing p = pair.packed(options, true);
+    Packing p = pair.packed(options, true);
     const LabelledMesh fused = extractFused(p, false);
+    dropElements(p);
+    EXPECT_THROW(extractFused(p, false), RunError);  // nobody could tell any more
     std::vector<const SeamVertex*> at(fused.mesh.points.size());
     for (const SeamVertex& s : fused.seams) at[size_t(s.vertex)] = &s;
     int atSeam = 0;
