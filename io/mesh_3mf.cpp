@@ -75,7 +75,7 @@ void addObject(NMR::PLib3MFModel* model, const MeshObject& o, size_t number, dou
     if (!o.vertexLook.empty()) {
         // One colour for each triangle: slicers do not blend.
         std::vector<NMR::MODELMESHCOLOR_SRGB> colors;
-        for (const Triangle& t : o.mesh.triangles) colors.push_back(colorOf(o.looks[o.solidLook(size_t(t[0]))].color));
+        for (const Triangle& t : o.mesh.triangles) colors.push_back(colorOf(o.looks[o.solidLook(t)].color));
         Handle<NMR::PLib3MFPropertyHandler> each;
         require(NMR::lib3mf_meshobject_createpropertyhandler(object, each.out()), path);
         require(NMR::lib3mf_propertyhandler_setsinglecolorarray(each, colors.data()), path);

@@ -50,12 +50,12 @@ class GlbWriter : public MeshWriter {
         json primitive{{"attributes", attributes(o)}, {"mode", 4}};  // triangles
         json mesh{{"name", o.name}, {"primitives", json::array()}};
         std::map<Finish, size_t> counts;
-        for (const Triangle& t : o.mesh.triangles) ++counts[o.finishAt(size_t(t[0]))];
+        for (const Triangle& t : o.mesh.triangles) ++counts[o.finishOf(t)];
         for (const auto& [finish, count] : counts) {  // primitives share the vertices
             primitive["material"] = material(o, finish, counts.size() > 1);
             primitive["indices"] = beginAccessor(kUint32, "SCALAR", kIndices, 3 * count, sizeof(uint32_t));
             for (const Triangle& t : o.mesh.triangles)
-                if (o.finishAt(size_t(t[0])) == finish)
+                if (o.finishOf(t) == finish)
                     binary_.out.raw(std::array<uint32_t, 3>{uint32_t(t[0]), uint32_t(t[1]), uint32_t(t[2])});
             mesh["primitives"].push_back(primitive);
         }

@@ -1,5 +1,7 @@
 #include "pavel/io/mesh_write.h"
 
+#include <algorithm>
+#include <array>
 #include <map>
 
 #include "pavel/io/mesh_formats.h"
@@ -14,6 +16,25 @@ void replaceMesh(MeshObject& object, TriangleMesh mesh, const std::vector<int>& 
         object.vertexLook = std::move(carried);
     }
     object.mesh = std::move(mesh);
+}
+
+uint32_t MeshObject::solidLook(const Triangle& t) const {
+    std::array<std::pair<uint32_t, double>, 6> parts;  // two at each corner
+    size_t count = 0;
+    const auto add = [&](uint32_t l, double part) {
+        size_t i = 0;
+        while (i < count && parts[i].first != l) ++i;
+        if (i == count) parts[count++] = {l, 0};
+        parts[i].second += part;
+    };
+    for (const int v : t) {
+        const uint32_t l = vertexLook[size_t(v)];
+        const auto& blend = looks[l].blend;
+        add(blend ? blend->own : l, blend ? 1 - blend->share : 1);
+        if (blend) add(blend->other, blend->share);
+    }
+    const auto less = [](const auto& a, const auto& b) { return a.second < b.second; };
+    return std::max_element(parts.begin(), parts.begin() + std::ptrdiff_t(count), less)->first;
 }
 
 namespace {

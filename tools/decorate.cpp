@@ -76,17 +76,17 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     returnFreedMemory();
     if (merged || output.preview) fused.push_back(fusedMesh(packing, kinds, placed, look, output, context));
     dropSolid(packing);
-    if (!output.separate && !output.figure) dropElements(packing);
-    returnFreedMemory();
     MeshCounts triangles;
     if (merged) {
         triangles.extracted = fused[0].mesh.triangles.size();
         if (output.remeshVertices) {
             const StageTimer timer(context, "remesh");
-            remeshObjects(fused, *output.remeshVertices, context);
+            remeshFused(packing, fused, output, context);
         }
         triangles.final = fused[0].mesh.triangles.size();
     }
+    if (!output.separate && !output.figure) dropElements(packing);
+    returnFreedMemory();
     if (output.figure) {
         const StageTimer timer(context, "write");
         std::vector<MeshObject> elements = elementObjects(packing, kinds, placed);

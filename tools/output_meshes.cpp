@@ -17,6 +17,23 @@
 namespace pavel {
 namespace {
 
+/// Gives vertices the looks that are theirs, blended near seams.
+void colourSeams(MeshObject& object, const std::vector<SeamVertex>& seams) {
+    constexpr int kSteps = 8;  // so that there are few looks
+    std::map<std::array<int, 3>, uint32_t> blends;
+    for (const SeamVertex& s : seams) {
+        uint32_t& l = object.vertexLook[size_t(s.vertex)] = uint32_t(s.id);
+        const int step = int(std::lround(kSteps * s.share));
+        if (step == 0) continue;
+        const auto [known, isNew] = blends.try_emplace({s.id, s.other, step}, uint32_t(object.looks.size()));
+        l = known->second;
+        if (!isNew) continue;
+        const MeshLook::Blend blend{uint32_t(s.id), uint32_t(s.other), double(step) / kSteps};
+        const MeshLook own = object.looks[blend.own], other = object.looks[blend.other];
+        object.looks.push_back({own.color + blend.share * (other.color - own.color), own.finish, blend});
+    }
+}
+
 MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds,
                        const std::vector<PlacedElement>& placed, const BaseLook& baseLook) {
     MeshObject object;
@@ -32,28 +49,11 @@ MeshObject fusedObject(LabelledMesh fused, const std::vector<ElementKind>& kinds
     for (size_t t = 0; t < fused.ids.size(); ++t)
         for (int v : object.mesh.triangles[t])
             if (uint32_t& l = object.vertexLook[size_t(v)]; l == 0) l = uint32_t(fused.ids[t]);
-    // Blended in steps, so that there are few looks.
-    constexpr int kSteps = 8;
-    std::map<std::array<int, 3>, uint32_t> blends;
-    for (const SeamVertex& s : fused.seams) {
-        uint32_t& l = object.vertexLook[size_t(s.vertex)] = uint32_t(s.id);
-        const int step = int(std::lround(kSteps * s.share));
-        if (step == 0) continue;
-        const auto [known, isNew] = blends.try_emplace({s.id, s.other, step}, uint32_t(object.looks.size()));
-        l = known->second;
-        if (!isNew) continue;
-        const MeshLook::Blend blend{uint32_t(s.id), uint32_t(s.other), double(step) / kSteps};
-        const MeshLook own = object.looks[blend.own], other = object.looks[blend.other];
-        object.looks.push_back({own.color + blend.share * (other.color - own.color), own.finish, blend});
-    }
+    colourSeams(object, fused.seams);
     return object;
 }
 
 void remeshObject(MeshObject& object, size_t vertices, const std::function<void(double)>& progress) {
-    // Its triangles are larger than blends are wide.
-    for (size_t v = 0; v < object.vertexLook.size(); ++v) object.vertexLook[v] = object.solidLook(v);
-    const auto isBlend = [](const MeshLook& l) { return l.blend.has_value(); };
-    object.looks.erase(std::find_if(object.looks.begin(), object.looks.end(), isBlend), object.looks.end());
     Remeshed fine = remeshed(object.mesh, vertices, progress);
     std::vector<int> nearest(fine.mesh.points.size(), 0);  // a vertex of the old mesh for each of the new
     for (size_t t = fine.source.size(); t-- > 0;)
@@ -220,6 +220,19 @@ void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext
         });
     });
     context.progress("remesh", 1);
+}
+
+void remeshFused(const Packing& packing, std::vector<MeshObject>& fused, const OutputOptions& options,
+                 RunContext& context) {
+    remeshObjects(fused, *options.remeshVertices, context);
+    for (MeshObject& o : fused) {
+        for (uint32_t& l : o.vertexLook)
+            if (const auto& blend = o.looks[l].blend) l = blend->own;
+        const auto isBlend = [](const MeshLook& l) { return l.blend.has_value(); };
+        o.looks.erase(std::find_if(o.looks.begin(), o.looks.end(), isBlend), o.looks.end());
+        // Edges run along creases: what was carried over from triangles would tell nothing about vertices there.
+        colourSeams(o, vertexOwners(packing, options.withBase, o.mesh));
+    }
 }
 
 }  // namespace pavel

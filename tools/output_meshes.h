@@ -33,5 +33,8 @@ std::vector<MeshObject> elementObjects(const Packing& packing, const std::vector
 /// Remeshes all objects to `vertices` in sum, each to its share of the area. Where they have no more they stay as they
 /// are, and the context is warned.
 void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context);
+/// Remeshes what fusedMesh made, as the options say.
+void remeshFused(const Packing& packing, std::vector<MeshObject>& fused, const OutputOptions& options,
+                 RunContext& context);
 
 }  // namespace pavel

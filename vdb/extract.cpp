@@ -112,11 +112,19 @@ uint64_t surfaceVoxels(const Packing& packing, int id) {
     return packing.grids->elements[size_t(id) - 1].activeVoxels();
 }
 
+namespace {
+
+void requireElements(const Packing& packing) {
+    if (packing.grids->elements.size() != packing.elements.size())
+        throw RunError("the elements were dropped: they tell whose the fused mesh is at its seams");
+}
+
+}  // namespace
+
 LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity) {
     const PackedGrids& grids = *packing.grids;
     if (withBase && !grids.solid) throw RunError("the solid with the base was not asked for when packing");
-    if (grids.elements.size() != packing.elements.size())
-        throw RunError("the elements were dropped: they tell whose the fused mesh is at its seams");
+    requireElements(packing);
     LabelledMesh out;
     out.mesh = levelSetMesh(*openvdb::FloatGrid::create(withBase ? grids.solid : grids.surface), packing.voxelSize,
                             adaptivity);
@@ -139,6 +147,13 @@ LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivi
     });
     out.seams = seamVertices(grids, packing.voxelSize, withBase, out.mesh, out.ids);
     return out;
+}
+
+std::vector<SeamVertex> vertexOwners(const Packing& packing, bool withBase, const TriangleMesh& mesh) {
+    requireElements(packing);
+    std::vector<int> all(mesh.points.size());
+    std::iota(all.begin(), all.end(), 0);
+    return ownersOf(*packing.grids, packing.voxelSize, withBase, mesh, all);
 }
 
 void dropSolid(Packing& packing) {

@@ -29,6 +29,9 @@ uint64_t surfaceVoxels(const Packing& packing, int id);
 /// All elements fused into one solid, with the base if it was asked for in the packing; triangles labelled by element.
 /// Before the elements are dropped. @throws RunError
 LabelledMesh extractFused(const Packing& packing, bool withBase, double adaptivity = 0);
+/// Whose the vertices of another mesh of that surface are: of all but those that are far from it. Before the elements
+/// are dropped. @throws RunError
+std::vector<SeamVertex> vertexOwners(const Packing& packing, bool withBase, const TriangleMesh& mesh);
 
 /// Frees the grid of elements and base as one solid, or those of the elements: to make room when no mesh of them will
 /// be asked for any more.

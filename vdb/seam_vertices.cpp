@@ -51,11 +51,15 @@ struct Nearest {
 
 std::vector<SeamVertex> seamVertices(const PackedGrids& grids, double h, bool withBase, const TriangleMesh& mesh,
                                      const std::vector<int>& ids) {
+    return ownersOf(grids, h, withBase, mesh, verticesAtBorders(mesh, ids));
+}
+
+std::vector<SeamVertex> ownersOf(const PackedGrids& grids, double h, bool withBase, const TriangleMesh& mesh,
+                                 const std::vector<int>& vertices) {
     // Differences grow by one to two a voxel, where surfaces meet at an angle: less would leave steps from vertex to
     // vertex.
     constexpr double kWide = 1;
     constexpr size_t kChunk = 4096;
-    const std::vector<int> vertices = verticesAtBorders(mesh, ids);
     std::vector<const CompactLevelSet*> elements;
     for (const CompactLevelSet& e : grids.elements) elements.push_back(&e);
     const ElementIndex index(boxesOf(elements));

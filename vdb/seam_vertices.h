@@ -10,5 +10,8 @@ namespace pavel {
 /// @param mesh in voxels times `h`; `ids` of its triangles, roughly
 std::vector<SeamVertex> seamVertices(const PackedGrids& grids, double h, bool withBase, const TriangleMesh& mesh,
                                      const std::vector<int>& ids);
+/// The same for the given vertices, of which those that are far from everything are left out.
+std::vector<SeamVertex> ownersOf(const PackedGrids& grids, double h, bool withBase, const TriangleMesh& mesh,
+                                 const std::vector<int>& vertices);
 
 }  // namespace pavel
