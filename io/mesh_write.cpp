@@ -19,6 +19,8 @@ void replaceMesh(MeshObject& object, TriangleMesh mesh, const std::vector<int>& 
 }
 
 uint32_t MeshObject::solidLook(const Triangle& t) const {
+    const uint32_t first = vertexLook[size_t(t[0])];
+    if (first == vertexLook[size_t(t[1])] && first == vertexLook[size_t(t[2])] && !looks[first].blend) return first;
     std::array<std::pair<uint32_t, double>, 6> parts;  // two at each corner
     size_t count = 0;
     const auto add = [&](uint32_t l, double part) {

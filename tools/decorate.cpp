@@ -76,6 +76,7 @@ DecorateResult decorate(const Scene& scene, const std::string& folder, bool forc
     returnFreedMemory();
     if (merged || output.preview) fused.push_back(fusedMesh(packing, kinds, placed, look, output, context));
     dropSolid(packing);
+    returnFreedMemory();
     MeshCounts triangles;
     if (merged) {
         triangles.extracted = fused[0].mesh.triangles.size();
