@@ -29,12 +29,7 @@ uint32_t MeshObject::solidLook(const Triangle& t) const {
         if (i == count) parts[count++] = {l, 0};
         parts[i].second += part;
     };
-    for (const int v : t) {
-        const uint32_t l = vertexLook[size_t(v)];
-        const auto& blend = looks[l].blend;
-        add(blend ? blend->own : l, blend ? 1 - blend->share : 1);
-        if (blend) add(blend->other, blend->share);
-    }
+    for (const int v : t) forEachLook(size_t(v), add);
     const auto less = [](const auto& a, const auto& b) { return a.second < b.second; };
     return std::max_element(parts.begin(), parts.begin() + std::ptrdiff_t(count), less)->first;
 }

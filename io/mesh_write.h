@@ -33,9 +33,17 @@ struct MeshObject {
     std::vector<MeshLook> looks;       ///< where colour and finish differ from place to place
     std::vector<uint32_t> vertexLook;  ///< which of `looks` each vertex has; empty: `color` and `finish` everywhere
     const Vec3& colorAt(size_t v) const { return vertexLook.empty() ? color : looks[vertexLook[v]].color; }
-    /// The look without a blend that a triangle has most of. Only where vertices have looks.
+    /// Calls f(look, share) for the looks of a vertex without blends: one, or two of a blend. Only where vertices have
+    /// looks.
+    template <class F>
+    void forEachLook(size_t v, F f) const {
+        const auto& blend = looks[vertexLook[v]].blend;
+        if (!blend) return f(vertexLook[v], 1.0);
+        f(blend->own, 1 - blend->share);
+        f(blend->other, blend->share);
+    }
+    /// The one that a triangle has most of.
     uint32_t solidLook(const Triangle& t) const;
-    Finish finishAt(size_t v) const { return vertexLook.empty() ? finish : looks[vertexLook[v]].finish; }
     Finish finishOf(const Triangle& t) const { return vertexLook.empty() ? finish : looks[solidLook(t)].finish; }
     /// Where it stands, with a name each; none: as it is. GLB only, where the mesh is then stored once.
     std::vector<std::pair<std::string, Frame>> instances;

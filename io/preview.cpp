@@ -169,12 +169,8 @@ struct FinishShares {
         share[i] += part;
     }
     void add(const MeshObject& object, size_t v, double part) {
-        const MeshLook::Blend* blend = object.vertexLook.empty() || !object.looks[object.vertexLook[v]].blend
-                                           ? nullptr
-                                           : &*object.looks[object.vertexLook[v]].blend;
-        if (!blend) return add(object.finishAt(v), part);
-        add(object.looks[blend->own].finish, part * (1 - blend->share));
-        add(object.looks[blend->other].finish, part * blend->share);
+        if (object.vertexLook.empty()) return add(object.finish, part);
+        object.forEachLook(v, [&](uint32_t l, double share) { add(object.looks[l].finish, part * share); });
     }
 };
 

@@ -203,14 +203,14 @@ void writeFused(const AtomicOutput& out, const std::string& format, const std::v
     writeMesh(out.place("decoration." + format), fused, meshFileOptions(options, metresPerUnit));
 }
 
-void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context) {
+bool remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context) {
     size_t had = 0;
     double area = 0;
     for (const MeshObject& o : objects) had += o.mesh.points.size(), area += meshArea(o.mesh);
     if (had <= vertices) {
         context.warn("output.remesh.vertices: the surface has only " + std::to_string(had) +
                      " vertices; it is left as it is");
-        return;
+        return false;
     }
     tbb::parallel_for(size_t(0), objects.size(), [&](size_t i) {
         MeshObject& o = objects[i];
@@ -220,11 +220,12 @@ void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext
         });
     });
     context.progress("remesh", 1);
+    return true;
 }
 
 void remeshFused(const Packing& packing, std::vector<MeshObject>& fused, const OutputOptions& options,
                  RunContext& context) {
-    remeshObjects(fused, *options.remeshVertices, context);
+    if (!remeshObjects(fused, *options.remeshVertices, context)) return;
     for (MeshObject& o : fused) {
         for (uint32_t& l : o.vertexLook)
             if (const auto& blend = o.looks[l].blend) l = blend->own;

@@ -31,8 +31,8 @@ MeshCounts writeSeparate(const AtomicOutput& out, const Packing& packing, const 
 std::vector<MeshObject> elementObjects(const Packing& packing, const std::vector<ElementKind>& kinds,
                                        const std::vector<PlacedElement>& placed);
 /// Remeshes all objects to `vertices` in sum, each to its share of the area. Where they have no more they stay as they
-/// are, and the context is warned.
-void remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context);
+/// are, the context is warned, and false comes back.
+bool remeshObjects(std::vector<MeshObject>& objects, size_t vertices, RunContext& context);
 /// Remeshes what fusedMesh made, as the options say.
 void remeshFused(const Packing& packing, std::vector<MeshObject>& fused, const OutputOptions& options,
                  RunContext& context);
