@@ -15,40 +15,40 @@ bool facesOther(const BlockValues& f, int axis, int place, bool inside) {
     return false;
 }
 
-/// Signed distances of a block's voxels, the first at `origin`, from their feet; +-band where they have none.
-PAVEL_WIDE void distances(const BandVoxel* voxels, const Foot* feet, const Vec3f& origin, float band,
-                          const BlockValues& source, float* out, BlockMask& near) {
+/// Signed distances of a block's voxels from their feet; +-band where they have none.
+PAVEL_WIDE void distances(const FootBlock& voxels, const Foot* feet, float band, const BlockValues& source, float* out,
+                          BlockMask& near) {
     // Feet sample surface and crease a voxel apart, or less: half of that may be taken off the way along them.
     constexpr float kApart = 0.5f;
+    const float farthest2 = (band + kApart) * (band + kApart);
     for (int row = 0; row < 64; ++row) {
-        const BandVoxel* at = voxels + 8 * row;
+        const int* footOf = voxels.foot + 8 * row;
+        const float *x = voxels.x + 8 * row, *y = voxels.y + 8 * row, *z = voxels.z + 8 * row;
         float* d = out + 8 * row;
         int any = 0;
-        for (int z = 0; z < 8; ++z) any |= ~at[z].foot;
-        if (any >= 0) {
+        PAVEL_ROLLED
+        for (int k = 0; k < 8; ++k) any |= int(x[k] * x[k] + y[k] * y[k] + z[k] * z[k] < farthest2);
+        if (!any) {
             std::fill(d, d + 8, band);
             continue;
         }
-        float px[8], py[8], pz[8], ax[8], ay[8], az[8];
-        int feetOf[8], crease[8];
-        for (int z = 0; z < 8; ++z) {
-            const int i = at[z].foot;
-            const Foot& foot = feet[i < 0 ? 0 : i];
-            px[z] = foot.point[0], py[z] = foot.point[1], pz[z] = foot.point[2];
-            ax[z] = foot.along[0], ay[z] = foot.along[1], az[z] = foot.along[2];
-            feetOf[z] = i, crease[z] = foot.onCrease;
+        float ax[8], ay[8], az[8];
+        int crease[8];
+        for (int k = 0; k < 8; ++k) {
+            const Foot& foot = feet[footOf[k] < 0 ? 0 : footOf[k]];
+            ax[k] = foot.along[0], ay[k] = foot.along[1], az[k] = foot.along[2];
+            crease[k] = foot.onCrease;
         }
-        const float x = origin[0] + float(row >> 3), y = origin[1] + float(row & 7);
         PAVEL_ROLLED
-        for (int z = 0; z < 8; ++z) {
-            const float u = x - px[z], v = y - py[z], w = origin[2] + float(z) - pz[z];
-            const float along = u * ax[z] + v * ay[z] + w * az[z], along2 = along * along;
+        for (int k = 0; k < 8; ++k) {
+            const float u = x[k], v = y[k], w = z[k];
+            const float along = u * ax[k] + v * ay[k] + w * az[k], along2 = along * along;
             const float rest2 = u * u + v * v + w * w - along2, aside2 = rest2 > 0 ? rest2 : 0;
-            const float beside2 = crease[z] ? along2 : aside2, across2 = crease[z] ? aside2 : along2;
+            const float beside2 = crease[k] ? along2 : aside2, across2 = crease[k] ? aside2 : along2;
             const float far = std::sqrt(beside2) - kApart, beyond = far > 0 ? far : 0;
             const float distance = std::sqrt(across2 + beyond * beyond), least = distance < band ? distance : band;
             const float kept = least > 1e-6f ? least : 1e-6f;  // zero would be no side at all
-            d[z] = feetOf[z] < 0 ? band : kept;
+            d[k] = footOf[k] < 0 ? band : kept;
         }
     }
     for (int row = 0; row < 64; ++row) {
@@ -81,22 +81,66 @@ PAVEL_WIDE int countInside(const float* own, const float* clip) {
 }  // namespace
 
 void DistanceWindow::solve() {
-    unknown_.assign(512, {std::max(limit_[0], limit_[1]), -1});
-    feet_.clear(), points_.clear();
-    layer_.clear();
+    feet_.clear();
     for (int x = 1; x + 1 < count_[0]; ++x)
         for (int y = 1; y + 1 < count_[1]; ++y)
             for (int z = 1; z + 1 < count_[2]; ++z)
                 if (crosses(block(x, y, z))) findFeet(x, y, z);
-    while (!layer_.empty()) spread();
+    // In a narrow band feet go no farther than into the next blocks: once up and down is enough.
+    constexpr float kNarrow = 4;
+    if (band_ <= kNarrow)
+        sweepOnce();
+    else
+        while (sweep()) {
+        }
+}
+
+void DistanceWindow::sweepOnce() {
+    // Layer by layer up, and down again just behind, while they are at hand.
+    for (int x = 1; x < count_[0]; ++x) {
+        if (x + 1 < count_[0]) spreadLayer(x, true, 1);
+        if (x > 1) spreadLayer(x - 1, false, 1);
+    }
+}
+
+bool DistanceWindow::sweep() {
+    bool changed = false;
+    for (int x = 1; x + 1 < count_[0]; ++x) changed |= spreadLayer(x, true, 4);
+    for (int x = count_[0] - 2; x > 0; --x) changed |= spreadLayer(x, false, 4);
+    return changed;
+}
+
+bool DistanceWindow::spreadLayer(int x, bool up, int twosAlong) {
+    const int first = block(x, 1, 1), last = block(x, count_[1] - 2, count_[2] - 2);
+    bool changed = false;
+    for (int b = up ? first : last; up ? b <= last : b >= first; b += up ? 1 : -1)
+        if (slot_[size_t(b)] >= 0) changed |= spread(b, twosAlong);
+    return changed;
+}
+
+bool DistanceWindow::spread(int b, int twosAlong) {
+    const int slot = slot_[size_t(b)];
+    const auto blockBeside = [&](int side) { return side % 2 ? b + step_[side / 2] : b - step_[side / 2]; };
+    const FootBlock* beside[6];
+    for (int side = 0; side < 6; ++side) {
+        const int n = slot_[size_t(blockBeside(side))];
+        beside[side] = n < 0 ? nullptr : &voxels_[size_t(n)];
+    }
+    const bool changed = voxels_[size_t(slot)].spread(beside, twosAlong);
+    for (int side = 0; side < 6; ++side) {
+        const int n = blockBeside(side), sign = sign_[size_t(n)];
+        if (slot_[size_t(n)] != kNone) continue;
+        const float limit = sign ? limit_[sign < 0] : std::max(limit_[0], limit_[1]);
+        if (voxels_[size_t(slot)].reaches(side, limit)) slotAt(n);
+    }
+    return changed;
 }
 
 bool DistanceWindow::read(int bx, int by, int bz, float* out, BlockMask& near) const {
     const size_t b = size_t(block(bx + 1, by + 1, bz + 1));
     const int slot = slot_[b];
     if (slot < 0) return false;
-    distances(&voxels_[size_t(slot) * 512], feet_.data(), Vec3f(float(8 * bx), float(8 * by), float(8 * bz)), band_,
-              source_[b], out, near);
+    distances(voxels_[size_t(slot)], feet_.data(), band_, source_[b], out, near);
     return std::any_of(near.begin(), near.end(), [](uint8_t row) { return row != 0; });
 }
 
@@ -121,12 +165,9 @@ bool DistanceWindow::crosses(int b) const {
 int DistanceWindow::slotAt(int b) {
     int& slot = slot_[size_t(b)];
     if (slot != kNone) return slot;
-    slot = int(slots_.size());
-    const int x = b / step_[0], y = b / step_[1] % count_[1], z = b % count_[2];
-    slots_.push_back({b, Vec3f(float(8 * x - 8), float(8 * y - 8), float(8 * z - 8))});
-    const size_t first = size_t(slot) * 512;
-    if (voxels_.size() < first + 512) voxels_.resize(std::max(first + 512, 2 * voxels_.size()));
-    std::copy(unknown_.begin(), unknown_.end(), &voxels_[first]);
+    slot = slots_++;
+    if (voxels_.size() < size_t(slots_)) voxels_.resize(std::max(size_t(slots_), 2 * voxels_.size()));
+    voxels_[size_t(slot)].clear();
     return slot;
 }
 
@@ -136,74 +177,18 @@ void DistanceWindow::findFeet(int bx, int by, int bz) {
     for (int part = 0; part < 27; ++part)
         around[part] = &source_[size_t(b + block(part / 9 - 1, part / 3 % 3 - 1, part % 3 - 1))];
     patch_.load(around);
-    const Vec3f shift(float(8 * bx - 8 - Patch::kHalo), float(8 * by - 8 - Patch::kHalo),
-                      float(8 * bz - 8 - Patch::kHalo));
+    const int slot = slotAt(b);
+    FootBlock& voxels = voxels_[size_t(slot)];
     for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y) {
-            const unsigned row = patch_.crossing(x, y);
-            if (!row) continue;
-            const int first = slotAt(b) * 512 + x * 64 + y * 8;
-            for (int z = 0; z < 8; ++z) {
-                if (!(row >> z & 1)) continue;
-                Foot foot = patch_.findFoot(x + Patch::kHalo, y + Patch::kHalo, z + Patch::kHalo);
-                const Vec3f at(float(x + Patch::kHalo), float(y + Patch::kHalo), float(z + Patch::kHalo));
-                voxels_[size_t(first + z)] = {(at - foot.point).sqrnorm(), int(feet_.size())};
-                foot.point += shift;
-                feet_.push_back(foot);
-                points_.push_back(foot.point);
-                layer_.push_back(first + z);
+        for (int y = 0; y < 8; ++y)
+            for (unsigned row = patch_.crossing(x, y); row; row &= row - 1) {
+                const int z = __builtin_ctz(row), v = x * 64 + y * 8 + z;
+                const int at[3] = {x + Patch::kHalo, y + Patch::kHalo, z + Patch::kHalo};
+                const FootPoint found = patch_.findFoot(at[0], at[1], at[2]);
+                voxels.x[v] = float(at[0]) - found.point[0], voxels.y[v] = float(at[1]) - found.point[1];
+                voxels.z[v] = float(at[2]) - found.point[2], voxels.foot[v] = int(feet_.size());
+                feet_.push_back(found);
             }
-        }
-}
-
-void DistanceWindow::spread() {
-    next_.resize(6 * layer_.size());
-    int* next = next_.data();
-    const bool oneLimit = limit_[0] == limit_[1];
-    for (const int i : layer_) {
-        const int foot = voxels_[size_t(i)].foot & ~kQueued;
-        voxels_[size_t(i)].foot = foot;
-        const Slot& own = slots_[size_t(i >> 9)];
-        const int v = i & 511, x = v >> 6, y = v >> 3 & 7, z = v & 7, b = own.block;
-        const Vec3f e = own.origin + Vec3f(float(x), float(y), float(z)) - points_[size_t(foot)];
-        const float ex = e[0], ey = e[1], ez = e[2];
-        const float xx = ex * ex, yy = ey * ey, zz = ez * ez;
-        const float limit = oneLimit ? limit_[0] : limit_[source_[size_t(b)].inside(v)];
-        float d2[6];
-        int at[6];
-        unsigned better = 0;
-        // Voxels between this one and its foot have nearer ones of their own.
-        const auto look = [&](int side, float along, float aside2, int place, int stride)
-            __attribute__((always_inline)) {
-            const bool up = side & 1;
-            const float away = up ? along + 1 : along - 1;
-            const bool asked = up ? along >= -kBetween : along <= kBetween;
-            d2[side] = away * away + aside2;
-            at[side] = up ? i + stride : i - stride;
-            if (up ? place < 7 : place > 0) {
-                better |= unsigned(asked & (d2[side] < limit) & (d2[side] < voxels_[size_t(at[side])].distance2))
-                          << side;
-                return;
-            }
-            if (!asked || d2[side] >= limit) return;
-            const int slot = slotAt(up ? b + step_[side / 2] : b - step_[side / 2]);
-            if (slot < 0) return;
-            at[side] = slot * 512 + (up ? v - 7 * stride : v + 7 * stride);
-            better |= unsigned(d2[side] < voxels_[size_t(at[side])].distance2) << side;
-        };
-        look(0, ex, yy + zz, x, 64), look(1, ex, yy + zz, x, 64);
-        look(2, ey, xx + zz, y, 8), look(3, ey, xx + zz, y, 8);
-        look(4, ez, xx + yy, z, 1), look(5, ez, xx + yy, z, 1);
-        for (; better; better &= better - 1) {
-            const int side = __builtin_ctz(better);
-            BandVoxel& taker = voxels_[size_t(at[side])];
-            *next = at[side];
-            next += taker.foot < kQueued;
-            taker = {d2[side], foot | kQueued};
-        }
-    }
-    next_.resize(size_t(next - next_.data()));
-    layer_.swap(next_);
 }
 
 }  // namespace pavel

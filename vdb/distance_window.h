@@ -4,17 +4,13 @@
 #include <array>
 #include <vector>
 
+#include "pavel/vdb/foot_block.h"
 #include "pavel/vdb/foot_points.h"
 #include "pavel/vdb/pieces.h"
 
 namespace pavel {
 
-struct BandVoxel {
-    float distance2;
-    int foot;  ///< the nearest so far, or negative; with kQueued while it is to be offered on
-};
-
-/// A box of blocks. Only those in the band hold voxels: a slot of 512 each, index slot * 512 + voxel of the leaf.
+/// A box of blocks. Only those in the band hold voxels: a slot each.
 class DistanceWindow {
   public:
     /// values(origin) -> BlockValues. False where no surface passes.
@@ -29,7 +25,7 @@ class DistanceWindow {
         source_.resize(count);
         sign_.resize(count);
         slot_.assign(count, kNone);
-        slots_.clear();
+        slots_ = 0;
         bool in = false, out = false;
         size_t i = 0;
         for (int x = 0; x < count_[0]; ++x)
@@ -51,12 +47,7 @@ class DistanceWindow {
     bool read(int bx, int by, int bz, float* out, BlockMask& near) const;
 
   private:
-    static constexpr int kQueued = 1 << 30, kNone = -1, kClosed = -2;
-    static constexpr float kBetween = 1;
-    struct Slot {
-        int block;
-        Vec3f origin;  // of its first voxel
-    };
+    static constexpr int kNone = -1, kClosed = -2;
 
     int block(int x, int y, int z) const { return x * step_[0] + y * step_[1] + z; }
 
@@ -69,23 +60,24 @@ class DistanceWindow {
     /// The block's slot, made where it has none yet; negative outside the window.
     int slotAt(int b);
 
-    /// Places of feet count from the first block that is not closed.
+    /// Feet of the block's voxels beside the surface.
     void findFeet(int bx, int by, int bz);
 
-    /// Offers the foot points of the last layer to the face neighbours.
-    void spread();
+    /// Lets feet spread through all blocks, up and down. sweep: true where that changed anything.
+    void sweepOnce();
+    bool sweep();
+    bool spreadLayer(int x, bool up, int twosAlong);
+    /// The same in one block, and makes slots for those beside it that its feet reach. `twosAlong`: as FootBlock's.
+    bool spread(int block, int twosAlong);
 
-    float band_ = kResultBand, limit_[2] = {};  // squared; outside, inside
+    float band_ = kResultBand, limit_[2] = {};  // up to where blocks get slots, squared; outside, inside
     int count_[3] = {}, step_[3] = {};
     std::vector<BlockValues> source_;
     std::vector<signed char> sign_;
     std::vector<int> slot_;  // of each block
-    std::vector<Slot> slots_;
-    std::vector<BandVoxel> voxels_;   // of all slots, and of more that windows before this one had
-    std::vector<BandVoxel> unknown_;  // what a slot begins with: faster copied than filled in
+    int slots_ = 0;
+    std::vector<FootBlock> voxels_;  // of all slots, and of more that windows before this one had
     std::vector<Foot> feet_;
-    std::vector<Vec3f> points_;  // of the feet, once more: most of the time goes into reading these
-    std::vector<int> layer_, next_;
     Patch patch_;
 };
 

@@ -1,6 +1,7 @@
 #include "pavel/vdb/foot_points.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace pavel {
 namespace {
@@ -18,7 +19,7 @@ constexpr int placeOf(int x, int y, int z) {
 }
 
 /// Nearest point of the line in which two planes meet: p - a n - b m.
-bool crease(const Vec3f& p, float dn, const Vec3f& n, float dm, const Vec3f& m, Foot& foot) {
+bool crease(const Vec3f& p, float dn, const Vec3f& n, float dm, const Vec3f& m, FootPoint& foot) {
     const float c = dotf(n, m), det = 1 - c * c;
     if (det < 0.05f) return false;
     const float a = (dn - c * dm) / det, b = (dm - c * dn) / det;
@@ -60,27 +61,31 @@ bool dropOnto(const float* field, int i, const Vec3f& p, Vec3f& point, Vec3f& no
     if (l < kFlattest) return false;
     normal /= l;
     const Vec3f toward = f0 < 0 ? normal : -normal;
-    // First the step that the slope asks for, then the secant between the two.
-    float lo = 0, fLo = f0, hi = std::min(1.2f * std::abs(f0) / l + 0.1f, kFarthest), fHi = 0;
-    bool found = false;
-    for (int it = 0; it < 3 && !found; ++it) {
-        fHi = trilinear(field, p + toward * hi);
-        found = (fHi < 0) != (f0 < 0);
-        if (!found) {
+    // The step that the slope asks for; what is left then is mostly so little that the slope tells the rest, too.
+    constexpr float kLittle = 0.01f, kDone = 1e-3f;  // a way, and a value
+    float lo = 0, fLo = f0, hi = std::min(std::abs(f0) / l, kFarthest), fHi = trilinear(field, p + toward * hi), s = 0;
+    const float rest = f0 < 0 ? -fHi / l : fHi / l;
+    if (std::abs(rest) < kLittle) {
+        s = std::max(hi + rest, 0.f);
+    } else {
+        // Else the secant between two sides.
+        bool found = (fHi < 0) != (f0 < 0);
+        for (int it = 0; it < 3 && !found; ++it) {
             if (hi >= kFarthest) return false;
-            lo = hi, fLo = fHi, hi = std::min(2 * hi + 0.2f, kFarthest);
+            lo = hi, fLo = fHi, hi = std::min(hi + 1.5f * std::abs(rest) + 0.2f * float(1 + it), kFarthest);
+            fHi = trilinear(field, p + toward * hi);
+            found = (fHi < 0) != (f0 < 0);
         }
-    }
-    if (!found) return false;
-    float s = hi;
-    for (int it = 0; it < 3; ++it) {
-        s = lo + (hi - lo) * fLo / (fLo - fHi);
-        const float value = trilinear(field, p + toward * s);
-        if (std::abs(value) < 1e-3f) break;
-        if ((value < 0) == (f0 < 0))
-            lo = s, fLo = value;
-        else
-            hi = s, fHi = value;
+        if (!found) return false;
+        for (int it = 0; it < 3; ++it) {
+            s = lo + (hi - lo) * fLo / (fLo - fHi);
+            const float value = trilinear(field, p + toward * s);
+            if (std::abs(value) < kDone) break;
+            if ((value < 0) == (f0 < 0))
+                lo = s, fLo = value;
+            else
+                hi = s, fHi = value;
+        }
     }
     point = p + toward * s;
     return true;
@@ -91,14 +96,20 @@ bool dropOnto(const float* field, int i, const Vec3f& p, Vec3f& point, Vec3f& no
 void Patch::load(const BlockValues* const around[27]) {
     forEachRowAround<kHalo, kHalo, kRow>([&](int part, int row, int at, auto n) {
         const BlockValues& f = *around[part];
-        for (int i = 0; i < n; ++i) own_[at + i] = f.own ? f.own[row + i] : f.tile;
-        for (int i = 0; i < n; ++i) clip_[at + i] = f.clip ? f.clip[row + i] : -kBand;
+        constexpr size_t kBytes = decltype(n)::value * sizeof(float);
+        const auto put = [&](const float* from, float tile, float* to) {
+            if (from)
+                std::memcpy(to + at, from + row, kBytes);
+            else
+                std::fill_n(to + at, int(n), tile);
+        };
+        put(f.own, f.tile, own_), put(f.clip, -kBand, clip_);
     });
     markInside(own_, clip_, kSide * kSide, inside_);
 }
 
-Foot Patch::findFoot(int x, int y, int z) const {
-    Foot foot;
+FootPoint Patch::findFoot(int x, int y, int z) const {
+    FootPoint foot;
     const int i = placeOf(x, y, z);
     const Vec3f p{float(x), float(y), float(z)};
     const float own = own_[i], clip = clip_[i];
@@ -132,7 +143,7 @@ Foot Patch::findFoot(int x, int y, int z) const {
 }
 
 /// Where the gradient helps nothing: the crossing of an axis that comes soonest.
-void Patch::stepAcross(int i, const Vec3f& p, Foot& foot) const {
+void Patch::stepAcross(int i, const Vec3f& p, FootPoint& foot) const {
     const auto phi = [&](int at) { return std::max(own_[at], clip_[at]); };
     const float f0 = phi(i);
     constexpr int step[3] = {kSlab, kRow, 1};

@@ -8,9 +8,14 @@ inline float dotf(const Vec3f& a, const Vec3f& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/// How a surface lies around a foot point.
 struct Foot {
-    Vec3f point, along;  ///< unit normal of the surface, or direction of the crease
-    int onCrease;        ///< 0 or 1; a word, so that eight feet can be read at a time
+    Vec3f along;   ///< unit normal of the surface, or direction of the crease
+    int onCrease;  ///< 0 or 1; a word, so that eight feet can be read at a time
+};
+
+struct FootPoint : Foot {
+    Vec3f point;
 };
 
 /// Values of one block: own and, where a second field cuts it, clip; null where `tile` stands for all.
@@ -39,10 +44,10 @@ class Patch {
     }
     /// Along the gradient of the field that decides at a voxel; where it leads to what the other field cuts away, the
     /// nearest point of the crease in which the two meet.
-    Foot findFoot(int x, int y, int z) const;
+    FootPoint findFoot(int x, int y, int z) const;
 
   private:
-    void stepAcross(int i, const Vec3f& p, Foot& foot) const;
+    void stepAcross(int i, const Vec3f& p, FootPoint& foot) const;
 
     float own_[kCount] = {}, clip_[kCount] = {};
     unsigned inside_[kSide * kSide];

@@ -51,6 +51,32 @@ TEST_P(BallVolume, IsMeasuredToATenthOfAPerCent) {
 }
 INSTANTIATE_TEST_SUITE_P(Radii, BallVolume, testing::Values(15.0, 30.0, 60.0));
 
+TEST(Redistanced, BandIsWholeAroundCornersThatJustEnterABlock) {
+    // All eight corners lie half a voxel in from a block's, so that the band is in blocks which no face leads to.
+    const Vec3 middle(11.5, 11.5, 11.5);
+    WorkTree raw(kBand);
+    for (const Coord& c : {Coord(-4, -4, -4), Coord(27, 27, 27)}) raw.touchLeaf(c);
+    const auto beyond = [&](const Coord& c) {
+        Vec3 d;
+        for (int k = 0; k < 3; ++k) d[k] = std::abs(c[k] - middle[k]) - 11;
+        return d;
+    };
+    const CoordBBox box(Coord(-8, -8, -8), Coord(31, 31, 31));
+    for (auto it = box.begin(); it; ++it) raw.setValue(*it, float(std::clamp(beyond(*it).max(), -4.0, 4.0)));
+    const auto tree = redistanced(raw);
+    size_t corners = 0;
+    for (auto it = box.begin(); it; ++it) {
+        Vec3 out = beyond(*it);
+        for (int k = 0; k < 3; ++k) out[k] = std::max(0.0, out[k]);
+        const double exact = length(out);
+        if (exact == 0 || exact > 2.9) continue;
+        EXPECT_TRUE(tree->isValueOn(*it)) << *it;
+        EXPECT_NEAR(tree->getValue(*it), exact, 0.5) << *it;
+        corners += out[0] > 0 && out[1] > 0 && out[2] > 0;
+    }
+    EXPECT_GT(corners, 8u * 6);
+}
+
 TEST(Widened, BandReachesAsFarAsAskedOnEachSide) {
     const Vec3 half(30.3, 22.7, 18.4);
     const auto narrow = narrowBand(test::box(-half, half), 1, kResultBand);
