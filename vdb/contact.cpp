@@ -1,5 +1,7 @@
 #include "pavel/vdb/contact.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 
@@ -115,11 +117,44 @@ std::vector<SurfaceBlock> surfaceBlocks(const CompactLevelSet& of, const Compact
     return blocks;
 }
 
+/// What another element takes of the one at hand.
+struct Cutter {
+    int index;
+    CoordBBox box;
+    CompactReader reader;
+    Bisector g;
+    /// At a point on the element's own surface, given its distance to the other's. By depth, all of the own surface
+    /// that lies in the other is taken.
+    double taken(double phi, const Vec3& p) const { return g.byDepth() ? -phi : std::min(-phi, g(p)); }
+    Sample operator()(const Vec3& p) const {
+        const auto [phi, gradient] = sampleWithGradient(reader, p);
+        if (g.byDepth()) return {-phi, -gradient};
+        const double side = g(p);
+        if (-phi <= side) return {-phi, -gradient};
+        Vec3 slope;
+        for (int k = 0; k < 3; ++k) {
+            Vec3 half(0, 0, 0);
+            half[k] = 0.5;
+            slope[k] = g(p + half) - g(p - half);
+        }
+        return {side, slope};
+    }
+    /// Does a point on the element's own surface lie well within what the other takes?
+    bool covers(const Vec3& p) const {
+        constexpr double kWell = 0.3;  // from the border between what both keep, which is half as far as the surface
+        const Coord nearest(int(std::lround(p[0])), int(std::lround(p[1])), int(std::lround(p[2])));
+        // A voxel farther out than 1 is no less than 0.13 away from the point on it.
+        if (!box.isInside(nearest) || reader.getValue(nearest) > 1) return false;
+        const double phi = sampleAt(reader, p);
+        return g.byDepth() ? phi < -2 * kWell : phi < -kWell && taken(phi, p) > kWell;
+    }
+};
+
 /// A point on the rim of two elements, moved onto that of the result's grid. On the one at hand, lines between voxels
 /// cut the bends of surfaces by some hundredths of a voxel, which the result shows as bumps along its seams. `taken`,
 /// `own`: values and gradients at hand.
-template <class Taken, class Own>
-Vec3f settled(const WorkElement& e, const WorkElement& other, const Taken& taken, const Own& own, const Vec3f& start) {
+template <class Own>
+Vec3f settled(const WorkElement& e, const WorkElement& other, const Cutter& taken, const Own& own, const Vec3f& start) {
     constexpr double kMost = 0.3;  // farther off, what is there is not what the other grid shows
     const Vec3 from(start[0], start[1], start[2]);
     Vec3 p = from;
@@ -135,63 +170,77 @@ Vec3f settled(const WorkElement& e, const WorkElement& other, const Taken& taken
     return Vec3f(p);
 }
 
-}  // namespace
-
-void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const openvdb::FloatTree* base) {
-    e.contact = std::make_shared<ContactDistance>();
-    const CompactReader own(e.placed);
-    const auto onSurface = [&](const Vec3& p) { return sampleWithGradient(own, p); };
-    struct Cutter {
-        int index;
-        CoordBBox box;
-        CompactReader reader;
-        Bisector g;
-        /// At a point on the element's own surface, given its distance to the other's.
-        double taken(double phi, const Vec3& p) const {
-            return std::min(-phi, g.byDepth() ? g.fromDistances(0, phi) : g(p));
-        }
-        Sample operator()(const Vec3& p) const {
-            const auto [phi, gradient] = sampleWithGradient(reader, p);
-            const double side = g.byDepth() ? g.fromDistances(0, phi) : g(p);
-            if (-phi <= side) return {-phi, -gradient};
-            Vec3 slope;
-            for (int k = 0; k < 3; ++k) {
-                Vec3 half(0, 0, 0);
-                half[k] = 0.5;
-                slope[k] = g.byDepth() ? g.fromDistances(0, gradient[k]) : g(p + half) - g(p - half);
-            }
-            return {side, slope};
-        }
-        /// Does a point on the element's own surface lie well within what the other takes?
-        bool covers(const Vec3& p) const {
-            constexpr double kWell = 0.3;
-            const Coord nearest(int(std::lround(p[0])), int(std::lround(p[1])), int(std::lround(p[2])));
-            // A voxel farther out than 1 is no less than 0.13 away from the point on it.
-            if (!box.isInside(nearest) || reader.getValue(nearest) > 1) return false;
-            const double phi = sampleAt(reader, p);
-            return phi < -kWell && taken(phi, p) > kWell;
-        }
-    };
-    std::vector<Cutter> cutters;
-    for (int n : e.neighbours) {
-        const WorkElement& other = all[size_t(n)];
-        cutters.push_back({n, other.box, CompactReader(other.placed), Bisector(e, other)});
-    }
+const openvdb::FloatTree& noBase() {
     static const openvdb::FloatTree nothing;
-    const BaseReader solid(base ? *base : nothing);
-    const auto inBase = [&](const Vec3& p) {
-        const Sample s = sampleWithGradient(solid, p);
-        return Sample{-s.value, -s.gradient};
-    };
+    return nothing;
+}
 
-    const std::vector<SurfaceBlock> surface = surfaceBlocks(e.placed, own);
-    // Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(block, values): its
-    // values in a block, without interpolation, or false where it does not come there.
-    const auto rimWith = [&](const auto& taken, const auto& near, const CoordBBox& box, int self) {
+/// Finds the rims of one element.
+class RimFinder {
+  public:
+    RimFinder(const WorkElement& e, const std::vector<WorkElement>& all, const openvdb::FloatTree* base)
+        : e_(e), all_(all), hasBase_(base), own_(e.placed), solid_(base ? *base : noBase()) {
+        for (int n : e.neighbours) {
+            const WorkElement& other = all[size_t(n)];
+            cutters_.push_back({n, other.box, CompactReader(other.placed), Bisector(e, other)});
+        }
+        surface_ = surfaceBlocks(e.placed, own_);
+    }
+
+    /// Without pieces where there is none.
+    ContactDistance::RimOfTwo withNeighbour(size_t k) const {
+        const Cutter& c = cutters_[k];
+        const WorkElement& other = all_[size_t(c.index)];
+        CoordBBox shared = e_.box;
+        shared.intersect(other.box);
+        if (shared.empty()) return {};
+        // The rim lies on the other's surface, or, where centres decide and that is the farther one, on the bisector
+        // within it.
+        const auto nearCutter = [&](const SurfaceBlock& block, float* values) {
+            const float* known = c.reader.probe(block.origin);
+            if (!known && c.reader.getValue(block.origin) > 0) return false;
+            const float* theirs = known ? known : uniformValues(true);
+            if (c.g.byDepth()) {
+                // Some starts do not settle: a few more, on both sides alike.
+                constexpr float kShare = 0.67f;
+                std::transform(theirs, theirs + 512, values, [](float v) { return -kShare * v; });
+                return true;
+            }
+            float bisector[512];
+            c.g.over(block.origin, 1, block.values, theirs, bisector);
+            keptBy(theirs, bisector, values);
+            return true;
+        };
+        const std::vector<RimPoint> points = pointsWith(c, nearCutter, shared, c.index);
+        if (points.empty()) return {};
+        if (!e_.fine || !other.fine) return ContactDistance::join(points);
+        const auto onSurface = [&](const Vec3& p) { return sampleWithGradient(own_, p); };
+        return ContactDistance::join(points, [&](const Vec3f& p) { return settled(e_, other, c, onSurface, p); });
+    }
+
+    ContactDistance::Rim withBase() const {
+        const auto inBase = [&](const Vec3& p) {
+            const Sample s = sampleWithGradient(solid_, p);
+            return Sample{-s.value, -s.gradient};
+        };
+        const auto nearBase = [&](const SurfaceBlock& block, float* values) {
+            const auto* leaf = solid_.probeConstLeaf(block.origin);
+            if (leaf) std::copy_n(leaf->buffer().data(), 512, values);
+            return leaf != nullptr;
+        };
+        return ContactDistance::join(pointsWith(inBase, nearBase, e_.box, -1)).own;
+    }
+
+  private:
+    /// Points of the rim lie near surface voxels where the taken region's boundary passes, too. near(block, values):
+    /// its values in a block, without interpolation, or false where it does not come there.
+    template <class Taken, class Near>
+    std::vector<RimPoint> pointsWith(const Taken& taken, const Near& near, const CoordBBox& box, int self) const {
+        const auto onSurface = [&](const Vec3& p) { return sampleWithGradient(own_, p); };
         std::vector<RimPoint> points;
         float values[512];
         BlockMask mask;
-        for (const SurfaceBlock& block : surface) {
+        for (const SurfaceBlock& block : surface_) {
             if (!box.hasOverlap(CoordBBox(block.origin, block.origin.offsetBy(7)))) continue;
             if (!near(block, values) || !nearMask(values, kBeside, mask)) continue;
             for (size_t row = 0; row < 64; ++row) mask[row] &= block.mask[row];
@@ -200,46 +249,71 @@ void findContacts(WorkElement& e, const std::vector<WorkElement>& all, const ope
                 Vec3 p = centreOf(block.origin + WorkLeaf::offsetToLocalCoord(openvdb::Index(v)));
                 Vec3 slope, normal;
                 if (!snapToCurve(taken, onSurface, p, slope, normal)) continue;
-                const bool covered = (self >= 0 && base && sampleAt(solid, p) < -0.3) ||
-                                     std::any_of(cutters.begin(), cutters.end(),
+                const bool covered = (self >= 0 && hasBase_ && sampleAt(solid_, p) < -0.3) ||
+                                     std::any_of(cutters_.begin(), cutters_.end(),
                                                  [&](const Cutter& c) { return c.index != self && c.covers(p); });
-                if (!covered) points.push_back({Vec3f(p), awayFrom(slope, normal)});
+                if (!covered) points.push_back({Vec3f(p), awayFrom(slope, normal), awayFrom(-normal, slope)});
             }
         }
         return thinned(std::move(points));
+    }
+
+    const WorkElement& e_;
+    const std::vector<WorkElement>& all_;
+    bool hasBase_;
+    CompactReader own_;
+    BaseReader solid_;
+    std::vector<Cutter> cutters_;
+    std::vector<SurfaceBlock> surface_;
+};
+
+/// Where depth decides, both lie on the same rim: the curve in which their surfaces cross.
+bool shareRim(const WorkElement& a, const WorkElement& b) {
+    return Bisector(a, b).byDepth();
+}
+
+}  // namespace
+
+void findContacts(std::vector<WorkElement>& elements, const openvdb::FloatTree* base) {
+    struct Found {
+        int other;
+        ContactDistance::RimOfTwo rim;
     };
-    const auto nearBase = [&](const SurfaceBlock& block, float* values) {
-        const auto* leaf = solid.probeConstLeaf(block.origin);
-        if (leaf) std::copy_n(leaf->buffer().data(), 512, values);
-        return leaf != nullptr;
-    };
-    for (const Cutter& c : cutters) {
-        CoordBBox shared = e.box;
-        shared.intersect(all[size_t(c.index)].box);
-        if (shared.empty()) continue;
-        // The rim lies on the other's surface, or, where that is the farther one, on the bisector within it.
-        const auto nearCutter = [&](const SurfaceBlock& block, float* values) {
-            const float* known = c.reader.probe(block.origin);
-            if (!known && c.reader.getValue(block.origin) > 0) return false;
-            const float* theirs = known ? known : uniformValues(true);
-            float bisector[512];
-            c.g.over(block.origin, 1, block.values, theirs, bisector);
-            keptBy(theirs, bisector, values);
-            return true;
+    // A shared rim is found by the lower one of the two.
+    std::vector<std::vector<Found>> found(elements.size());
+    tbb::parallel_for(size_t(0), elements.size(), [&](size_t i) {
+        const WorkElement& e = elements[i];
+        std::unique_ptr<const RimFinder> rims;
+        for (size_t k = 0; k < e.neighbours.size(); ++k) {
+            const int n = e.neighbours[k];
+            const WorkElement& other = elements[size_t(n)];
+            const bool shared = shareRim(e, other), asked = e.bodyVoxels || (shared && other.bodyVoxels);
+            if (!asked || (shared && n < int(i))) continue;
+            if (!rims) rims = std::make_unique<RimFinder>(e, elements, base);
+            ContactDistance::RimOfTwo rim = rims->withNeighbour(k);
+            if (!rim.own.away.empty()) found[i].push_back({n, std::move(rim)});
+        }
+    });
+    tbb::parallel_for(size_t(0), elements.size(), [&](size_t i) {
+        WorkElement& e = elements[i];
+        if (!e.bodyVoxels) return;
+        e.contact = std::make_shared<ContactDistance>();
+        const auto take = [&](size_t by, int other) -> ContactDistance::RimOfTwo* {
+            const auto at = std::lower_bound(found[by].begin(), found[by].end(), other,
+                                             [](const Found& f, int n) { return f.other < n; });
+            return at == found[by].end() || at->other != other ? nullptr : &at->rim;
         };
-        const std::vector<RimPoint> points = rimWith(c, nearCutter, shared, c.index);
-        if (points.empty()) continue;
-        e.contacts.push_back(c.index);
-        const WorkElement& other = all[size_t(c.index)];
-        if (e.fine && other.fine)
-            e.contact->addRim(points, [&](const Vec3f& p) { return settled(e, other, c, onSurface, p); });
-        else
-            e.contact->addRim(points);
-    }
-    if (e.contact->empty() && base && e.lost() > 0) {
-        const std::vector<RimPoint> points = rimWith(inBase, nearBase, e.box, -1);
-        if (!points.empty()) e.contact->addRim(points);
-    }
+        for (int n : e.neighbours) {
+            const bool othersWork = n < int(i) && shareRim(e, elements[size_t(n)]);
+            ContactDistance::RimOfTwo* rim = othersWork ? take(size_t(n), int(i)) : take(i, n);
+            if (!rim) continue;
+            e.contacts.push_back(n);
+            e.contact->add(std::move(othersWork ? rim->others : rim->own));
+        }
+        if (!e.contact->empty() || !base || !(e.lost() > 0)) return;
+        ContactDistance::Rim rim = RimFinder(e, elements, base).withBase();
+        if (!rim.away.empty()) e.contact->add(std::move(rim));
+    });
 }
 
 }  // namespace pavel

@@ -5,8 +5,8 @@
 
 namespace pavel {
 
-/// Finds the contact curves of one element: where its placed surface meets the region taken by a neighbour, or by the
-/// base when it touches no other. Fills `contacts` and `contact`.
-void findContacts(WorkElement& element, const std::vector<WorkElement>& all, const openvdb::FloatTree* base);
+/// Finds the contact curves of all elements that have a body: where their placed surfaces meet the region taken by a
+/// neighbour, or by the base when they touch no other. Fills `contacts` and `contact`. Equal on any number of threads.
+void findContacts(std::vector<WorkElement>& elements, const openvdb::FloatTree* base);
 
 }  // namespace pavel

@@ -83,13 +83,13 @@ namespace {
 }
 
 /// Mean way along the free surface around a point, if all agree: where a rim bends round a corner, it tells no side.
-Vec3f awayAt(const std::vector<RimPoint>& points, const RimPoint& at) {
+Vec3f awayAt(const std::vector<RimPoint>& points, const RimPoint& at, Vec3f RimPoint::*away) {
     constexpr float kAround = 5, kMean = 1.5f, kAgree = 0.7f;
     Vec3f sum{0, 0, 0};
     for (const RimPoint& p : points) {
         const float d2 = (p.place - at.place).sqrnorm();
-        if (d2 < kAround * kAround && (p.away | at.away) < kAgree) return {0, 0, 0};
-        if (d2 < kMean * kMean) sum += p.away;
+        if (d2 < kAround * kAround && (p.*away | at.*away) < kAgree) return {0, 0, 0};
+        if (d2 < kMean * kMean) sum += p.*away;
     }
     return sum.normalized();
 }
@@ -141,20 +141,23 @@ std::vector<RimLanes> inLanes(const std::vector<std::pair<Vec3f, Vec3f>>& pieces
 
 }  // namespace
 
-void ContactDistance::addRim(const std::vector<RimPoint>& points, const std::function<Vec3f(const Vec3f&)>& settle) {
+ContactDistance::RimOfTwo ContactDistance::join(const std::vector<RimPoint>& points,
+                                                const std::function<Vec3f(const Vec3f&)>& settle) {
+    RimOfTwo rim;
     std::vector<std::pair<Vec3f, Vec3f>> pieces;
-    std::vector<Vec3f> away;
-    std::vector<RimBend> bend;
     for (const RimPoint& p : points) {
         if (std::any_of(pieces.begin(), pieces.end(),
                         [&](const auto& m) { return (m.first - p.place).sqrnorm() < kSpacing * kSpacing; }))
             continue;
         pieces.emplace_back(p.place, directionAt(points, p.place));
-        away.push_back(awayAt(points, p));
-        bend.push_back(settle ? bendAt(points, p.place, pieces.back().second) : kStraight);
+        rim.own.away.push_back(awayAt(points, p, &RimPoint::away));
+        rim.others.away.push_back(awayAt(points, p, &RimPoint::othersAway));
+        rim.own.bend.push_back(settle ? bendAt(points, p.place, pieces.back().second) : kStraight);
         if (settle) pieces.back().first = settle(p.place);
     }
-    rims_.push_back({inLanes(pieces), std::move(away), std::move(bend)});
+    rim.own.lanes = rim.others.lanes = inLanes(pieces);
+    rim.others.bend = rim.own.bend;
+    return rim;
 }
 
 ContactDistance::Rim::Piece ContactDistance::Rim::piece(size_t i) const {

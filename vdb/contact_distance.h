@@ -8,9 +8,9 @@
 namespace pavel {
 
 /// A point of a rim, and the way from there along the element's own free surface: a unit vector, or zero where the two
-/// surfaces run the same way.
+/// surfaces run the same way. Where the rim is the other's, too: that along its surface.
 struct RimPoint {
-    Vec3f place, away{0, 0, 0};
+    Vec3f place, away{0, 0, 0}, othersAway{0, 0, 0};
 };
 
 /// Eight straight pieces of rim, so that one instruction works on several: middle and unit direction, zero where a
@@ -35,9 +35,24 @@ struct RimBend {
 /// the same curves and smooth elsewhere.
 class ContactDistance {
   public:
-    /// Points on the rim to a fraction of a voxel, dense, in any order: joined into pieces one to two voxels long.
+    /// One rim, in pieces.
+    struct Rim {
+        std::vector<RimLanes> lanes;
+        std::vector<Vec3f> away;  ///< of each piece
+        std::vector<RimBend> bend;
+        struct Piece {
+            Vec3f middle, along;
+        };
+        Piece piece(size_t i) const;
+    };
+    /// The same as the two elements that meet there see it; `others` where the rim is that of both.
+    struct RimOfTwo {
+        Rim own, others;
+    };
+    /// Joins points on the rim to a fraction of a voxel, dense, in any order, into pieces one to two voxels long.
     /// `settle`: moves the middle of a piece onto the rim with more care.
-    void addRim(const std::vector<RimPoint>& points, const std::function<Vec3f(const Vec3f&)>& settle = {});
+    static RimOfTwo join(const std::vector<RimPoint>& points, const std::function<Vec3f(const Vec3f&)>& settle = {});
+    void add(Rim rim) { rims_.push_back(std::move(rim)); }
     bool empty() const { return rims_.empty(); }
     /// Distance in voxels; 1e9 where there is no contact. O(pieces), eight at a time: a search tree is slower.
     double operator()(const Vec3& p) const { return measure(p).distance; }
@@ -96,15 +111,6 @@ class ContactDistance {
     Near near(const Vec3& centre, double radius, double distance) const;
 
   private:
-    struct Rim {
-        std::vector<RimLanes> lanes;
-        std::vector<Vec3f> away;  ///< of each piece
-        std::vector<RimBend> bend;
-        struct Piece {
-            Vec3f middle, along;
-        };
-        Piece piece(size_t i) const;
-    };
     std::vector<Rim> rims_;
 };
 

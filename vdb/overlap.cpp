@@ -144,9 +144,7 @@ void resolveOverlap(std::vector<WorkElement>& elements, const openvdb::FloatTree
     }
     each(open, [&](WorkElement& e) { trimElement(e, elements, base, recoverBaseLoss); });
     context.progress("overlap", 0.9);
-    tbb::parallel_for(size_t(0), elements.size(), [&](size_t i) {
-        if (elements[i].bodyVoxels) findContacts(elements[i], elements, base);
-    });
+    findContacts(elements, base);
 }
 
 }  // namespace pavel

@@ -224,9 +224,9 @@ TEST(Contact, RimLiesOnThatOfTheResultsGridAndBendsWithIt) {
 
 TEST(Contact, ManySmoothlyJoined) {
     ContactDistance one, two;
-    one.addRim({{Vec3f(0, 0, 0)}});
-    two.addRim({{Vec3f(0, 0, 0)}});
-    two.addRim({{Vec3f(10, 0, 0)}});
+    one.add(ContactDistance::join({{Vec3f(0, 0, 0)}}).own);
+    two.add(ContactDistance::join({{Vec3f(0, 0, 0)}}).own);
+    two.add(ContactDistance::join({{Vec3f(10, 0, 0)}}).own);
     EXPECT_NEAR(one({3, 4, 0}), 5, 1e-6);
     EXPECT_NEAR(two({5, 0, 0}), 5 * std::pow(2, -0.25), 1e-6);
     EXPECT_EQ(two({10, 0, 0}), 0);
@@ -278,6 +278,35 @@ TEST(Depth, ATipKeepsItsShareInsideAFlank) {
     for (WorkElement& e : deep.elements) e.deep = nullptr, e.contacts.clear();
     test::resolve(deep.elements);
     EXPECT_GT(deep.elements[1].lost(), 0.94 * common);  // the flank's centre is nearer to all of it
+}
+
+TEST(Depth, BothSidesSeeTheSameRim) {
+    constexpr double r = 16;
+    Frame a, b;
+    a.origin = Vec3(0.3, 0.1, 0.2), b.origin = a.origin + Vec3(18, 12, -5);
+    const Vec3 across = b.origin - a.origin, n = normalized(across);
+    const double half = length(across) / 2, circle = std::sqrt(r * r - half * half);
+    // Whoever is the stiffer one, and however much.
+    for (const double stiffness : {1.0, 0.1, 10.0}) {
+        DeepElements deep(test::sphere(r, {0, 0, 0}, 120), {a, b});
+        deep.elements[1].stiffness = stiffness;
+        test::resolve(deep.elements);
+        const ContactDistance &low = *deep.elements[0].contact, &high = *deep.elements[1].contact;
+        EXPECT_EQ(deep.elements[0].contacts, std::vector<int>{1});
+        EXPECT_EQ(deep.elements[1].contacts, std::vector<int>{0});
+        ASSERT_EQ(high.rimCount(), 1u);
+        EXPECT_EQ(low.rimPoints(0), high.rimPoints(0));
+        const Vec3 u = normalized(cross(n, Vec3(0, 0, 1))), w = cross(n, u);
+        for (double angle = 0.2; angle < 6; angle += 0.7) {
+            const Vec3 radial = std::cos(angle) * u + std::sin(angle) * w, rim = a.origin + half * n + circle * radial;
+            EXPECT_NEAR(low(rim + 3.0 * radial), 3, 0.1);
+            // Along each sphere, from the other.
+            const Vec3 down = (half * radial - circle * n) / r, up = (half * radial + circle * n) / r;
+            EXPECT_NEAR(low.nearest(rim + 3.0 * down).away, 3, 0.07);
+            EXPECT_NEAR(high.nearest(rim + 3.0 * up).away, 3, 0.07);
+            EXPECT_LT(high.nearest(rim + 3.0 * down).away, 2.5);
+        }
+    }
 }
 
 TEST(Depth, TheSamePlaceGoesToTheLowerId) {
