@@ -1,6 +1,7 @@
 #include "pavel/vdb/bisector.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "pavel/vdb/voxelize.h"
 
@@ -17,9 +18,10 @@ PAVEL_WIDE void overPlane(float at, const Vec3f& slope, float* out) {
     }
 }
 
-/// From both distances; true where some are cut by the band and do not tell it.
-PAVEL_WIDE bool overDepths(float shareOwn, float shareOther, const float* own, const float* other, float* out) {
-    int untold = 0;
+/// From both distances. True where some are cut by the band and do not tell it: which, 1 for each.
+PAVEL_WIDE bool overDepths(float shareOwn, float shareOther, const float* own, const float* other, float* out,
+                           uint8_t* untold) {
+    int any = 0;
     PAVEL_ROLLED
     for (int v = 0; v < 512; ++v) {
         const float value = shareOwn * own[v] - shareOther * other[v];
@@ -27,9 +29,11 @@ PAVEL_WIDE bool overDepths(float shareOwn, float shareOther, const float* own, c
         const bool ownCut = own[v] <= -kBand, otherCut = other[v] <= -kBand;
         // Deeper in the own one only lessens the value, deeper in the other one adds to it.
         const bool told = (!ownCut | (value <= -Bisector::kSure)) & (!otherCut | (value >= Bisector::kSure));
-        untold += int(!told & (own[v] < kBand) & (other[v] < kBand));
+        const int asked = int(!told & (own[v] < kBand) & (other[v] < kBand));
+        untold[v] = uint8_t(asked);
+        any += asked;
     }
-    return untold > 0;
+    return any > 0;
 }
 
 }  // namespace
@@ -76,12 +80,12 @@ void Bisector::over(const Coord& origin, int factor, const float* own, const flo
     if (rule_ == kPlane)
         return overPlane(at(0), Vec3f(float(sign_ * normal_[0]), float(sign_ * normal_[1]), float(sign_ * normal_[2])),
                          out);
-    const auto mayBeHere = [&](int v) { return own[v] < kBand && other[v] < kBand; };
     if (rule_ == kWeighted) {
-        for (int v = 0; v < 512; ++v) out[v] = mayBeHere(v) ? at(v) : kBand;
+        for (int v = 0; v < 512; ++v) out[v] = own[v] < kBand && other[v] < kBand ? at(v) : kBand;
         return;
     }
-    if (!overDepths(float(shareOfOwn()), float(shareOfOther()), own, other, out)) return;
+    uint8_t untold[512];
+    if (!overDepths(float(shareOfOwn()), float(shareOfOther()), own, other, out, untold)) return;
     // Where the band cuts them, from the deep fields, 4^3 voxels at a time.
     const auto onThisGrid = [&](const WorkElement& e) {
         Frame frame = e.indexFromElement;
@@ -94,13 +98,15 @@ void Bisector::over(const Coord& origin, int factor, const float* own, const flo
     float owns[512], others[512];
     for (int part = 0; part < 8; ++part) {
         bool asked = false;
-        for (int k = 0; k < 64; ++k) {
-            const int v = Placement::voxelOf(part, k);
-            const bool told = (own[v] > -kBand || out[v] <= -kSure) && (other[v] > -kBand || out[v] >= kSure);
-            if (told || !mayBeHere(v)) continue;
+        for (int k = 0; k < 64; k += 4) {
+            const int row = Placement::voxelOf(part, k);  // four voxels follow each other
+            uint32_t four;
+            std::memcpy(&four, untold + row, 4);
+            if (!four) continue;
             if (!asked) ownDeep.sampleDeep(origin, part, owns), otherDeep.sampleDeep(origin, part, others);
             asked = true;
-            out[v] = ownShare * owns[v] - otherShare * others[v];
+            for (int v = row; v < row + 4; ++v)
+                if (untold[v]) out[v] = ownShare * owns[v] - otherShare * others[v];
         }
     }
 }

@@ -1,6 +1,7 @@
 #include "pavel/vdb/front_nodes.h"
 
 #include <algorithm>
+#include <cstring>
 
 namespace pavel {
 namespace {
@@ -62,6 +63,8 @@ struct FrontBlock {
     }
 };
 
+uint8_t survey(const float* way, const uint8_t* flags, float& least);
+
 /// A front's own nodes in and around one of its blocks: as FrontNodes, and two layers more on each side, so that the
 /// times that go on beyond the front are known wherever the interpolation asks.
 class Nodes {
@@ -95,11 +98,9 @@ class Nodes {
         forEachRowAround<kBefore, kSide - 8 - kBefore, kRow>([&](int part, int row, int at, auto n) {
             const auto& [grown, phi, tile] = sources[part];
             const auto copy = [&](const auto* from, auto* to) {
-                for (int i = 0; i < n; ++i) to[at + i] = from[row + i];
+                std::memcpy(to + at, from + row, decltype(n)::value * sizeof *to);
             };
-            const auto fill = [&](auto* to, auto value) {
-                for (int i = 0; i < n; ++i) to[at + i] = value;
-            };
+            const auto fill = [&](auto* to, auto value) { std::fill_n(to + at, int(n), value); };
             if (grown) {
                 copy(grown->phi, phi_), copy(grown->way, way_), copy(grown->scale, scale_);
                 copy(grown->speed, speed_), copy(grown->flags, flags_);
@@ -111,17 +112,7 @@ class Nodes {
                 fill(phi_, tile), fill(way_, tile);
             fill(scale_, 0.f), fill(speed_, -1.f), fill(flags_, uint8_t(0));
         });
-        uint8_t all[kSide] = {};
-        float least[kSide];
-        std::fill(least, least + kSide, kBand);
-        for (int x = 0; x < kSide; ++x)
-            for (int y = 0; y < kSide; ++y)
-                for (int z = 0, i = index(x, y, 0); z < kSide; ++z, ++i) {
-                    all[z] = uint8_t(all[z] | flags_[i]);
-                    least[z] = way_[i] < least[z] ? way_[i] : least[z];
-                }
-        least_ = *std::min_element(least, least + kSide);
-        return std::any_of(all, all + kSide, [](uint8_t f) { return f & kTimed; });
+        return survey(way_, flags_, least_) & kTimed;
     }
     /// Is there anything of the front within the band, in coarse voxels?
     bool within(float band) const { return least_ <= band; }
@@ -134,7 +125,7 @@ class Nodes {
                 constexpr int kMore = kBefore - FrontNodes::kBefore;
                 const int from = index(x + kMore, y + kMore, kMore), to = FrontNodes::index(x, y, 0);
                 const auto copy = [&](const auto* source, auto* row) {
-                    std::copy(source + from, source + from + FrontNodes::kRow, row + to);
+                    std::memcpy(row + to, source + from, FrontNodes::kRow * sizeof *row);
                 };
                 copy(phi_, inner->phi), copy(way_, inner->way), copy(scale_, inner->scale);
                 copy(flags_, inner->flags);
@@ -151,6 +142,25 @@ class Nodes {
     uint8_t flags_[kCount] = {};
     float least_ = 0;
 };
+
+/// All flags of the nodes, and the least way.
+PAVEL_WIDE uint8_t survey(const float* way, const uint8_t* flags, float& least) {
+    constexpr int kRow = Nodes::kRow;
+    float leasts[kRow];
+    uint8_t all[kRow] = {};
+    std::fill(leasts, leasts + kRow, kBand);
+    for (int row = 0; row < Nodes::kCount; row += kRow) {
+        PAVEL_ROLLED
+        for (int z = 0; z < kRow; ++z) leasts[z] = way[row + z] < leasts[z] ? way[row + z] : leasts[z];
+        PAVEL_ROLLED
+        for (int z = 0; z < kRow; ++z) all[z] = uint8_t(all[z] | flags[row + z]);
+    }
+    // What lies beyond a row's last node is none.
+    least = *std::min_element(leasts, leasts + Nodes::kSide);
+    uint8_t any = 0;
+    for (int z = 0; z < Nodes::kSide; ++z) any = uint8_t(any | all[z]);
+    return any;
+}
 
 /// Gives the nodes beside those that the front reached times as if it had gone on, two layers of them: an interpolation
 /// that took the placed surface's distance for them would put ripples into the front's. Its advance goes on as much as
@@ -187,8 +197,8 @@ PAVEL_WIDE void continueTimes(const float* phi, const float* speed, float* way, 
         for (int x = 1; x < n - 1; ++x)
             for (int y = 1; y < n - 1; ++y) {
                 const int row = x * kSlab + y * kRow;
-                std::copy(newWay + row + 1, newWay + row + n - 1, way + row + 1);
-                std::copy(newScale + row + 1, newScale + row + n - 1, scale + row + 1);
+                std::memcpy(way + row + 1, newWay + row + 1, (n - 2) * sizeof *way);
+                std::memcpy(scale + row + 1, newScale + row + 1, (n - 2) * sizeof *scale);
             }
     }
 }

@@ -50,7 +50,7 @@ PAVEL_WIDE InsideMeasure measureBlock(const HaloBlock& f) {
             isCut[z] = int(std::abs(v) < 1.8f) & int(std::abs(v) < 0.25f * (gx + gy + gz));
             inside[z] += v < 0;
         }
-        std::copy(isCut, isCut + 8, cut + 8 * row);
+        std::memcpy(cut + 8 * row, isCut, sizeof isCut);
     }
     // Cut voxels are few, and dear: gathered, so that none of the lanes is idle.
     uint8_t cutBytes[512];

@@ -2,6 +2,7 @@
 // Sub-voxel volume of a level set: each voxel counts by the share of it that lies under the plane given by the value
 // and its gradient. `tools::levelSetVolume` is off by an amount that follows the curved area; this is not.
 #include <array>
+#include <cstring>
 
 #include "pavel/vdb/grid.h"
 
@@ -27,18 +28,23 @@ InsideMeasure measureBlock(const HaloBlock& values);
 /// tile(side) stands for all of them.
 template <class At, class Tile>
 void fillHalo(const float* own, At at, Tile tile, HaloBlock& out) {
-    for (int row = 0; row < 64; ++row)
-        std::copy(own + row * 8, own + row * 8 + 8, &out[size_t(((row >> 3) + 1) * 100 + ((row & 7) + 1) * 10 + 1)]);
-    constexpr int step[3] = {64, 8, 1}, haloStep[3] = {100, 10, 1};
+    constexpr auto halo = [](int x, int y, int z) { return size_t((x + 1) * 100 + (y + 1) * 10 + z + 1); };
+    // Rows of a known size: no call for each.
+    const auto copyRow = [](const float* from, float* to) { std::memcpy(to, from, 8 * sizeof(float)); };
+    for (int row = 0; row < 64; ++row) copyRow(own + row * 8, &out[halo(row >> 3, row & 7, 0)]);
     for (int side = 0; side < 6; ++side) {
-        const int axis = side / 2, u = axis == 0 ? 1 : 0, w = axis == 2 ? 1 : 2;
+        const int axis = side / 2, from = side % 2 ? 0 : 7, to = side % 2 ? 8 : -1;
         const float* other = at(side);
-        const float same = other ? 0 : tile(side);
-        const int from = side % 2 ? 0 : 7 * step[axis], to = side % 2 ? 9 : 0;
-        for (int i = 0; i < 8; ++i)
-            for (int j = 0; j < 8; ++j)
-                out[size_t(to * haloStep[axis] + (i + 1) * haloStep[u] + (j + 1) * haloStep[w])] =
-                    other ? other[from + i * step[u] + j * step[w]] : same;
+        float uniform[8];
+        std::fill_n(uniform, 8, other ? 0 : tile(side));
+        for (int i = 0; i < 8; ++i) {
+            if (axis == 0)
+                copyRow(other ? other + 64 * from + 8 * i : uniform, &out[halo(to, i, 0)]);
+            else if (axis == 1)
+                copyRow(other ? other + 64 * i + 8 * from : uniform, &out[halo(i, to, 0)]);
+            else
+                for (int j = 0; j < 8; ++j) out[halo(i, j, to)] = other ? other[64 * i + 8 * j + from] : uniform[j];
+        }
     }
 }
 

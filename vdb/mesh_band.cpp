@@ -154,8 +154,8 @@ struct BlockDistances {
 
 /// Calls f(facet, x, above, within, bound) for each slab of 64 voxels that a facet may come near to. above: the facet's
 /// plane. within: the nearest edge's, positive over the facet's inside. bound: no more than the squared distance to the
-/// facet, and equal to it over its inside.
-template <class F>
+/// facet, and equal to it over its inside. kInside: leaves out slabs with nothing over the facet's inside.
+template <bool kInside, class F>
 [[gnu::always_inline]] inline void forSlabsNear(const std::vector<Facet>& facets, const Meeting* first,
                                                 const Meeting* last, const Coord& origin, float band, F f) {
     float above[64], within[64], bound[64];
@@ -163,8 +163,10 @@ template <class F>
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& facet = facets[size_t(m->facet)];
         const FacetPlanes p(facet, centreOf(origin));
-        const double lo = std::min({facet.a[0], facet.b[0], facet.c[0]}) - double(band),
-                     hi = std::max({facet.a[0], facet.b[0], facet.c[0]}) + double(band);
+        // A little more than the prism: `within` is rounded.
+        const double reach = double(band) * (kInside ? std::abs(facet.normal[0]) : 1) + 1e-3,
+                     lo = std::min({facet.a[0], facet.b[0], facet.c[0]}) - reach,
+                     hi = std::max({facet.a[0], facet.b[0], facet.c[0]}) + reach;
         const int from = std::max(0, int(std::ceil(lo)) - origin[0]), to = std::min(7, int(std::floor(hi)) - origin[0]);
         float least[4], most[4];
         for (int k = 0; k < 4; ++k) {
@@ -179,8 +181,9 @@ template <class F>
         for (int x = from; x <= to; ++x) {
             const float up = float(x) * p.x[0], upAb = float(x) * p.x[1], upBc = float(x) * p.x[2],
                         upCa = float(x) * p.x[3];
-            if (least[0] + up > band || most[0] + up < -band || most[1] + upAb < -band || most[2] + upBc < -band ||
-                most[3] + upCa < -band)
+            const float aside = kInside ? 0 : -band;
+            if (least[0] + up > band || most[0] + up < -band || most[1] + upAb < aside || most[2] + upBc < aside ||
+                most[3] + upCa < aside)
                 continue;
             PAVEL_ROLLED
             for (int v = 0; v < 64; ++v) {
@@ -209,7 +212,7 @@ PAVEL_WIDE void fromInsides(const std::vector<Facet>& facets, const Meeting* fir
             above[v] = nearer ? over[v] : above[v];
         }
     };
-    forSlabsNear(facets, first, last, block.origin, band, take);
+    forSlabsNear<true>(facets, first, last, block.origin, band, take);
 }
 
 /// Of those that are nearer to an edge or a corner: costly, and rare once all insides have been asked.
@@ -234,7 +237,7 @@ PAVEL_WIDE void fromRims(const std::vector<Facet>& facets, const Meeting* first,
             block.above[x * 64 + v] = dot(d, *normal) < 0 ? -1 : 1;
         }
     };
-    forSlabsNear(facets, first, last, block.origin, band, take);
+    forSlabsNear<false>(facets, first, last, block.origin, band, take);
 }
 
 /// Distances from their squares; negative below.
