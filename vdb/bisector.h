@@ -23,18 +23,17 @@ class Bisector {
     void over(const Coord& origin, int factor, const float* own, const float* other, float* out) const;
     static constexpr float kSure = 2;
 
-    /// Does depth decide? Then the distances to both placed surfaces, where they are known, tell the same.
+    /// Does depth decide? Then the two share a point of both surfaces.
     bool byDepth() const { return rule_ == kDepth; }
-    double fromDistances(double own, double other) const { return shareOfOwn() * own - shareOfOther() * other; }
+
+  private:
+    enum Rule { kPlane, kWeighted, kDepth };
     double shareOfOwn() const {
         return (sign_ > 0 ? lowStiffness_ : highStiffness_) / (lowStiffness_ + highStiffness_);
     }
     double shareOfOther() const {
         return (sign_ > 0 ? highStiffness_ : lowStiffness_) / (lowStiffness_ + highStiffness_);
     }
-
-  private:
-    enum Rule { kPlane, kWeighted, kDepth };
     double weightedDistance(const Vec3& p) const;
     double depthAt(const Vec3& p) const;
     Vec3 normal_{0, 0, 0};

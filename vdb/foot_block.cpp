@@ -9,15 +9,16 @@ namespace pavel {
 namespace {
 
 /// What a row of voxels holds.
-struct Rows {
-    float *x, *y, *z;
-    int32_t* foot;
-    Rows at(int i) const { return {x + i, y + i, z + i, foot + i}; }
-};
 struct ConstRows {
     const float *x, *y, *z;
     const int32_t* foot;
     ConstRows at(int i) const { return {x + i, y + i, z + i, foot + i}; }
+};
+struct Rows {
+    float *x, *y, *z;
+    int32_t* foot;
+    Rows at(int i) const { return {x + i, y + i, z + i, foot + i}; }
+    operator ConstRows() const { return {x, y, z, foot}; }
 };
 
 Rows rowsOf(FootBlock& b) {
@@ -117,8 +118,8 @@ PAVEL_WIDE void spreadZ(FootBlock& block) {
     const Rows between = Rows{x, y, z, foot}.at(kBefore);
     for (int plane = 0; plane < 512; plane += 64) {
         const Rows own = rowsOf(block).at(plane);
-        offerAlong({own.x, own.y, own.z, own.foot}, between);
-        offerAlong({between.x, between.y, between.z, between.foot}, own);
+        offerAlong(own, between);
+        offerAlong(between, own);
     }
 }
 

@@ -24,7 +24,7 @@ using RawBlock = std::function<bool(const Coord& origin, float* values, float& t
 /// The same of values that lie in no tree. @param blocks all through which the surface may pass
 openvdb::FloatTree::Ptr redistanced(const std::vector<Coord>& blocks, const RawBlock& raw);
 /// A narrow band of half width 3 or more, made as wide as asked for on each side; all voxels of its leaves are active.
-/// One window: memory follows the band. O(band), on one thread.
+/// One window: memory follows the band. O(band) a pass, on one thread; a few passes, more where it bends much.
 openvdb::FloatTree::Ptr widened(const openvdb::FloatTree& narrow, float outside, float inside);
 
 }  // namespace pavel
