@@ -9,11 +9,13 @@
 #include "pavel/tools/commands.h"
 #include "pavel/tools/load.h"
 #include "pavel/tools/machine_speed.h"
+#include "pavel/tools/paged_heap.h"
 #include "pavel/vdb/pack.h"
 
 namespace pavel {
 
 void commandValidate(const std::string& path, const CommonOptions& options) {
+    if (options.memoryLimit > 0) checkMemoryLimit(options.memoryLimit);
     const Scene scene = readScene(path, options.overrides);
     RunContext context;
     const TriangleMesh base = loadBase(scene, context);

@@ -151,9 +151,13 @@ size_t residentBytes() {
 
 namespace pavel {
 
-void enablePagedHeap(size_t limit, const std::string& folder) {
+void checkMemoryLimit(size_t limit) {
     constexpr size_t kLeastLimit = size_t(256) << 20;
     if (limit < kLeastLimit) throw InputError("--memory-limit: at least 256M is needed");
+}
+
+void enablePagedHeap(size_t limit, const std::string& folder) {
+    checkMemoryLimit(limit);
     std::error_code error;
     const auto space = std::filesystem::space(folder, error);
     if (error) throw RunError(folder + ": " + error.message());

@@ -10,6 +10,9 @@
 
 namespace pavel {
 
+/// @throws InputError for a limit that enablePagedHeap would not take
+void checkMemoryLimit(size_t limit);
+
 /// To be called once, before work starts.
 /// @param limit bytes of memory that the process may hold; kept but for a few per cent, and for allocations below a KB
 /// @param folder where the file is made; it has no name there and vanishes with the process

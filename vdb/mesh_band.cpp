@@ -5,79 +5,14 @@
 #include <tbb/parallel_sort.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 
 #include "pavel/core/mesh_check.h"
 #include "pavel/vdb/measure.h"
+#include "pavel/vdb/mesh_facets.h"
 
 namespace pavel {
 namespace {
-
-/// A triangle with what a distance to it asks for.
-struct Facet {
-    Vec3 a, b, c;
-    Vec3 normal;             ///< unit
-    std::array<Vec3, 3> in;  ///< unit, in the plane, away from the edges ab, bc, ca into the triangle
-    std::array<Vec3, 3> edge, vertex;
-
-    /// May a point of the ball be nearer than the ball's radius?
-    bool mayMeet(const Vec3& centre, double radius) const {
-        return std::abs(dot(centre - a, normal)) <= radius && dot(centre - a, in[0]) >= -radius &&
-               dot(centre - b, in[1]) >= -radius && dot(centre - c, in[2]) >= -radius;
-    }
-};
-
-/// False where an edge has not two triangles that agree about its sides, or a triangle has no area.
-bool makeFacets(const TriangleMesh& mesh, std::vector<Facet>& facets) {
-    const auto neighbours = triangleNeighbours(mesh);
-    const std::vector<Vec3> atVertex = vertexNormals(mesh);
-    const size_t n = mesh.triangles.size();
-    facets.resize(n);
-    std::atomic<bool> good{n > 0};
-    tbb::parallel_for(size_t(0), n, [&](size_t t) {
-        const Triangle& corners = mesh.triangles[t];
-        Facet& f = facets[t];
-        const Vec3 p[3] = {mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
-        f.a = p[0], f.b = p[1], f.c = p[2];
-        const Vec3 across = cross(f.b - f.a, f.c - f.a);
-        const double twice = length(across);
-        if (!(twice > 1e-12)) good = false;
-        f.normal = normalized(across);
-        for (size_t k = 0; k < 3; ++k) {
-            f.in[k] = normalized(cross(f.normal, p[(k + 1) % 3] - p[k]));
-            f.vertex[k] = atVertex[size_t(corners[k])];
-            const int m = neighbours[t][k];
-            if (m < 0) {
-                good = false;
-                continue;
-            }
-            const Triangle& other = mesh.triangles[size_t(m)];
-            bool agrees = false;
-            for (size_t j = 0; j < 3; ++j)
-                agrees |= other[j] == corners[(k + 1) % 3] && other[(j + 1) % 3] == corners[k];
-            if (!agrees) good = false;
-            f.edge[k] = f.normal + triangleNormal(mesh, size_t(m));
-        }
-    });
-    return good;
-}
-
-/// From the nearest point of the facet to p, and the normal that tells p's side: of the face, edge or corner that it is
-/// on.
-Vec3 fromNearest(const Facet& f, const Vec3& p, const Vec3*& normal) {
-    Vec3 weights;
-    const Vec3 nearest = closestPointOnTriangle(p, f.a, f.b, f.c, &weights);
-    const bool onBc = weights[0] == 0, onCa = weights[1] == 0, onAb = weights[2] == 0;
-    normal = onCa && onAb   ? &f.vertex[0]
-             : onAb && onBc ? &f.vertex[1]
-             : onBc && onCa ? &f.vertex[2]
-             : onAb         ? &f.edge[0]
-             : onBc         ? &f.edge[1]
-             : onCa         ? &f.edge[2]
-                            : &f.normal;
-    return p - nearest;
-}
 
 /// A facet in a block. Blocks are numbered so that they sort by x, y, z.
 struct Meeting {
@@ -94,11 +29,12 @@ Coord originOf(uint64_t number) {
     return {part(42), part(21), part(0)};
 }
 
-/// Lists the blocks of a box, in blocks, that hold voxels nearer to the facet than the band: halves the box.
+/// Lists the blocks of a box, in blocks, that may hold voxels within the band that the facet is nearest to: halves the
+/// box.
 void list(const Facet& f, int number, double band, const Coord& lo, const Coord& hi, std::vector<Meeting>& out) {
     Vec3 centre, half;
     for (int k = 0; k < 3; ++k) centre[k] = 4 * (lo[k] + hi[k]) + 3.5, half[k] = 4 * (hi[k] - lo[k]) + 3.5;
-    if (!f.mayMeet(centre, band + length(half))) return;
+    if (!f.mayMeet(centre, half, band)) return;
     const Coord size = hi - lo;
     const int axis = size[0] >= size[1] && size[0] >= size[2] ? 0 : size[1] >= size[2] ? 1 : 2;
     if (size[axis] == 0) {
@@ -120,8 +56,9 @@ std::vector<Meeting> meetings(const std::vector<Facet>& facets, double band) {
             const Facet& f = facets[t];
             Coord lo, hi;
             for (int k = 0; k < 3; ++k) {
-                lo[k] = int(std::floor((std::min({f.a[k], f.b[k], f.c[k]}) - band) / 8));
-                hi[k] = int(std::floor((std::max({f.a[k], f.b[k], f.c[k]}) + band) / 8));
+                const double reach = f.reach(k, band);
+                lo[k] = int(std::floor((std::min({f.a[k], f.b[k], f.c[k]}) - reach) / 8));
+                hi[k] = int(std::floor((std::max({f.a[k], f.b[k], f.c[k]}) + reach) / 8));
             }
             list(f, int(t), band, lo, hi, parts[part]);
         }
@@ -152,49 +89,63 @@ struct BlockDistances {
     float above[512];  ///< negative inside
 };
 
-/// Calls f(facet, x, above, within, bound) for each slab of 64 voxels that a facet may come near to. above: the facet's
-/// plane. within: the nearest edge's, positive over the facet's inside. bound: no more than the squared distance to the
-/// facet, and equal to it over its inside. kInside: leaves out slabs with nothing over the facet's inside.
+/// Rows of a block, at one x: from the first voxel of `from` to the last one of `to`.
+struct Rows {
+    int x, from, to;
+};
+
+/// Calls f(facet, rows, above, within, bound) for the rows in which a facet may be nearest, an x at a time; the arrays
+/// hold all voxels of that x. above: the facet's plane. within: the nearest edge's, positive over the facet's inside.
+/// bound: no more than the squared distance to the facet, and equal to it over its inside. kInside: leaves out what has
+/// nothing over the facet's inside.
 template <bool kInside, class F>
-[[gnu::always_inline]] inline void forSlabsNear(const std::vector<Facet>& facets, const Meeting* first,
-                                                const Meeting* last, const Coord& origin, float band, F f) {
+[[gnu::always_inline]] inline void forRowsNear(const std::vector<Facet>& facets, const Meeting* first,
+                                               const Meeting* last, const Coord& origin, float band, F f) {
+    constexpr double kRounding = 1e-3;  // `within` is rounded
     float above[64], within[64], bound[64];
-    float flat[4][64];  // of each plane, in the block's first slab
+    float flat[4][64];  // of each plane, at the block's first x
     for (const Meeting* m = first; m != last; ++m) {
         const Facet& facet = facets[size_t(m->facet)];
         const FacetPlanes p(facet, centreOf(origin));
-        // A little more than the prism: `within` is rounded.
-        const double reach = double(band) * (kInside ? std::abs(facet.normal[0]) : 1) + 1e-3,
-                     lo = std::min({facet.a[0], facet.b[0], facet.c[0]}) - reach,
-                     hi = std::max({facet.a[0], facet.b[0], facet.c[0]}) + reach;
-        const int from = std::max(0, int(std::ceil(lo)) - origin[0]), to = std::min(7, int(std::floor(hi)) - origin[0]);
+        int from[2], to[2];
+        for (int k = 0; k < 2; ++k) {
+            const double reach =
+                (kInside ? double(band) * std::abs(facet.normal[k]) : facet.reach(k, double(band))) + kRounding;
+            const double lo = std::min({facet.a[k], facet.b[k], facet.c[k]}) - reach,
+                         hi = std::max({facet.a[k], facet.b[k], facet.c[k]}) + reach;
+            from[k] = std::max(0, int(std::ceil(lo)) - origin[k]), to[k] = std::min(7, int(std::floor(hi)) - origin[k]);
+        }
+        if (from[0] > to[0] || from[1] > to[1]) continue;
         float least[4], most[4];
         for (int k = 0; k < 4; ++k) {
             const float start = p.at[k], y = p.y[k], z = p.z[k];
-            for (int row = 0; row < 8; ++row) {
+            for (int row = from[1]; row <= to[1]; ++row) {
                 PAVEL_ROLLED
                 for (int n = 0; n < 8; ++n) flat[k][8 * row + n] = start + float(row) * y + float(n) * z;
             }
-            least[k] = start + std::min(7 * y, 0.f) + std::min(7 * z, 0.f);
-            most[k] = start + std::max(7 * y, 0.f) + std::max(7 * z, 0.f);
+            const float yLo = float(from[1]) * y, yHi = float(to[1]) * y;
+            least[k] = start + std::min(yLo, yHi) + std::min(7 * z, 0.f);
+            most[k] = start + std::max(yLo, yHi) + std::max(7 * z, 0.f);
         }
-        for (int x = from; x <= to; ++x) {
+        const float aside = kInside ? 0 : -float(facet.aside * double(band) + kRounding);
+        for (int x = from[0]; x <= to[0]; ++x) {
             const float up = float(x) * p.x[0], upAb = float(x) * p.x[1], upBc = float(x) * p.x[2],
                         upCa = float(x) * p.x[3];
-            const float aside = kInside ? 0 : -band;
             if (least[0] + up > band || most[0] + up < -band || most[1] + upAb < aside || most[2] + upBc < aside ||
                 most[3] + upCa < aside)
                 continue;
-            PAVEL_ROLLED
-            for (int v = 0; v < 64; ++v) {
-                const float over = flat[0][v] + up, inAb = flat[1][v] + upAb, inBc = flat[2][v] + upBc,
-                            inCa = flat[3][v] + upCa, inAbBc = inAb < inBc ? inAb : inBc,
-                            in = inCa < inAbBc ? inCa : inAbBc, out = in < 0 ? in : 0;
-                above[v] = over;
-                within[v] = in;
-                bound[v] = over * over + out * out;
+            for (int row = 8 * from[1]; row <= 8 * to[1]; row += 8) {
+                PAVEL_ROLLED
+                for (int v = row; v < row + 8; ++v) {
+                    const float over = flat[0][v] + up, inAb = flat[1][v] + upAb, inBc = flat[2][v] + upBc,
+                                inCa = flat[3][v] + upCa, inAbBc = inAb < inBc ? inAb : inBc,
+                                in = inCa < inAbBc ? inCa : inAbBc, out = in < 0 ? in : 0;
+                    above[v] = over;
+                    within[v] = in;
+                    bound[v] = over * over + out * out;
+                }
             }
-            f(facet, x, above, within, bound);
+            f(facet, Rows{x, from[1], to[1]}, above, within, bound);
         }
     }
 }
@@ -202,42 +153,50 @@ template <bool kInside, class F>
 /// Of the voxels over the insides of facets: nearly all.
 PAVEL_WIDE void fromInsides(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band,
                             BlockDistances& block) {
-    const auto take = [&](const Facet&, int x, const float* over, const float* within, const float* bound)
+    const auto take = [&](const Facet&, const Rows& rows, const float* over, const float* within, const float* bound)
         __attribute__((always_inline)) {
-        float *distance2 = block.distance2 + x * 64, *above = block.above + x * 64;
-        PAVEL_ROLLED
-        for (int v = 0; v < 64; ++v) {
-            const bool nearer = (within[v] > 0) & (bound[v] < distance2[v]);
-            distance2[v] = nearer ? bound[v] : distance2[v];
-            above[v] = nearer ? over[v] : above[v];
+        float *distance2 = block.distance2 + rows.x * 64, *above = block.above + rows.x * 64;
+        for (int row = 8 * rows.from; row <= 8 * rows.to; row += 8) {
+            PAVEL_ROLLED
+            for (int v = row; v < row + 8; ++v) {
+                const bool nearer = (within[v] > 0) & (bound[v] < distance2[v]);
+                distance2[v] = nearer ? bound[v] : distance2[v];
+                above[v] = nearer ? over[v] : above[v];
+            }
         }
     };
-    forSlabsNear<true>(facets, first, last, block.origin, band, take);
+    forRowsNear<true>(facets, first, last, block.origin, band, take);
 }
 
 /// Of those that are nearer to an edge or a corner: costly, and rare once all insides have been asked.
 PAVEL_WIDE void fromRims(const std::vector<Facet>& facets, const Meeting* first, const Meeting* last, float band,
                          BlockDistances& block) {
-    const auto take = [&](const Facet& f, int x, const float*, const float* within, const float* bound)
+    const auto take = [&](const Facet& f, const Rows& rows, const float*, const float* within, const float* bound)
         __attribute__((always_inline)) {
-        float* distance2 = block.distance2 + x * 64;
-        int asked[64], any = 0;
-        PAVEL_ROLLED
-        for (int v = 0; v < 64; ++v) {
-            asked[v] = int((within[v] <= 0) & (bound[v] < distance2[v]));
-            any |= asked[v];
+        float* distance2 = block.distance2 + rows.x * 64;
+        int asked[64], any[8] = {};
+        for (int row = 8 * rows.from; row <= 8 * rows.to; row += 8) {
+            PAVEL_ROLLED
+            for (int n = 0; n < 8; ++n) {
+                const int v = row + n;
+                asked[v] = int((within[v] <= 0) & (bound[v] < distance2[v]));
+                any[n] |= asked[v];
+            }
         }
-        for (int v = 0; any && v < 64; ++v) {
+        int all = 0;
+        for (int n = 0; n < 8; ++n) all |= any[n];
+        if (!all) return;
+        for (int v = 8 * rows.from; v < 8 * rows.to + 8; ++v) {
             if (!asked[v]) continue;
             const Vec3* normal = nullptr;
-            const Vec3 d = fromNearest(f, centreOf(block.origin.offsetBy(x, v >> 3, v & 7)), normal);
+            const Vec3 d = fromNearest(f, centreOf(block.origin.offsetBy(rows.x, v >> 3, v & 7)), normal);
             const float d2 = float(dot(d, d));
             if (d2 >= distance2[v]) continue;
             distance2[v] = d2;
-            block.above[x * 64 + v] = dot(d, *normal) < 0 ? -1 : 1;
+            block.above[rows.x * 64 + v] = dot(d, *normal) < 0 ? -1 : 1;
         }
     };
-    forSlabsNear<false>(facets, first, last, block.origin, band, take);
+    forRowsNear<false>(facets, first, last, block.origin, band, take);
 }
 
 /// Distances from their squares; negative below.
@@ -305,8 +264,9 @@ bool isDistance(const openvdb::FloatTree& tree) {
 
 /// Of one connected solid.
 openvdb::FloatTree::Ptr solidBand(const TriangleMesh& mesh, float halfWidth) {
-    std::vector<Facet> facets;
-    if (meshVolume(mesh) <= 0 || !makeFacets(mesh, facets)) return nullptr;
+    if (meshVolume(mesh) <= 0) return nullptr;
+    const std::vector<Facet> facets = makeFacets(mesh);
+    if (facets.empty()) return nullptr;
     const std::vector<Meeting> all = meetings(facets, double(halfWidth));
     std::vector<size_t> starts;
     for (size_t i = 0; i < all.size(); ++i)

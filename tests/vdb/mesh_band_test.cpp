@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "pavel/core/rng.h"
 #include "pavel/core/shapes.h"
 #include "support/meshes.h"
 
@@ -75,6 +76,24 @@ TEST(MeshBand, MatchesTheNearestOfAllTriangles) {
     EXPECT_GT(seen, 300u);
     const Coord middle(1000, -3, 8);
     EXPECT_LT(tree->getValue(middle), 0);
+}
+
+TEST(MeshBand, MatchesTheNearestOfAllTrianglesWhereEveryCornerIsAnother) {
+    // Spikes, dents and saddles of all angles, on triangles of all sizes: which of them a corner is nearest over.
+    for (const double rough : {0.02, 0.2, 0.8}) {
+        TriangleMesh mesh = test::sphere(14.3, {0.2, 0.1, 0.3}, 16);
+        Rng rng(7, 0);
+        for (Vec3& p : mesh.points) p *= 1 - rough * rng.uniform();
+        const auto tree = meshBand(mesh, 3);
+        ASSERT_TRUE(tree) << rough;
+        size_t seen = 0;
+        for (auto v = tree->cbeginValueOn(); v; ++v) {
+            if (v.getCoord()[0] % 3 != 0) continue;
+            ++seen;
+            ASSERT_NEAR(std::abs(*v), brute(mesh, centreOf(v.getCoord())), 1e-5) << rough << " " << v.getCoord();
+        }
+        EXPECT_GT(seen, 1000u);
+    }
 }
 
 TEST(MeshBand, TellsWhereItCannotTellTheSides) {
