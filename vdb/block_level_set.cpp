@@ -6,12 +6,6 @@
 namespace pavel {
 namespace {
 
-PAVEL_WIDE int surfaceVoxels(const float* values) {
-    int count = 0;
-    for (int v = 0; v < 512; ++v) count += std::abs(values[v]) < 0.5f;
-    return count;
-}
-
 /// Adds to a block's values within the band, and keeps them there.
 PAVEL_WIDE void shiftBand(float* values, float by, float band) {
     PAVEL_ROLLED
@@ -101,8 +95,8 @@ void BlockLevelSet::fill(const Coord& origin) {
     filled_ += 512;
 }
 
-InsideMeasure BlockLevelSet::measure() const {
-    InsideMeasure m{double(filled_), filled_};
+template <class F>
+void BlockLevelSet::forEachHalo(F f) const {
     HaloBlock halo;
     for (size_t b = 0; b < origins_.size(); ++b) {
         const std::array<int, 6> beside = numbers_.beside(origins_[b]);
@@ -113,24 +107,38 @@ InsideMeasure BlockLevelSet::measure() const {
                 return n >= 0 ? values_[size_t(n)] : nullptr;
             },
             [&](int side) { return beside[size_t(side)] == BlockNumbers::kInside ? -band_ : band_; }, halo);
-        m.add(measureBlock(halo));
+        f(halo);
     }
+}
+
+InsideMeasure BlockLevelSet::measure() const {
+    InsideMeasure m{double(filled_), filled_};
+    forEachHalo([&](const HaloBlock& halo) { m.add(measureBlock(halo)); });
     return m;
 }
 
 double BlockLevelSet::settleVolume(double target, bool growing) {
-    constexpr double kClose = 2e-5, kMost = 0.05;
-    double volume = measure().volume, total = 0;
-    for (int step = 0; step < 3 && std::abs(volume - target) > target * kClose; ++step) {
-        if (volume < target && !growing) break;
-        int area = 0;
-        for (const float* values : values_) area += surfaceVoxels(values);
-        double by = (volume - target) / std::max(area, 1);
-        if (volume < target) by = std::max(by, -kMost - total);
-        by = std::min(by, 0.5);
-        total += by;
-        for (float* values : values_) shiftBand(values, float(by), band_);
-        volume = measure().volume;
+    constexpr double kClose = 2e-5, kMostGrowth = 0.05, kMostAtOnce = 0.25, kProbe = 0.01;
+    double volume = 0, grown = 0;
+    for (int round = 0; round < 3; ++round) {
+        SurfaceVoxels surface{float(kMostAtOnce)};
+        surface.addInside(filled_);
+        forEachHalo([&](const HaloBlock& halo) { surface.add(halo); });
+        volume = surface.volume(0);
+        const auto isClose = [&](double share) { return std::abs(volume - target) <= share * target; };
+        if (isClose(kClose) || (volume < target && !growing)) break;
+        const double most = std::min(kMostAtOnce, kMostGrowth - grown);
+        double by = 0, slope = (surface.volume(kProbe) - volume) / kProbe;
+        for (int step = 0; step < 4 && slope > 0 && !isClose(kClose / 4); ++step) {
+            const double before = by, atBefore = volume;
+            by = std::clamp(by + (target - volume) / slope, -kMostAtOnce, most);
+            if (by == before) break;
+            volume = surface.volume(by);
+            slope = (volume - atBefore) / (by - before);
+        }
+        for (float* values : values_) shiftBand(values, -float(by), band_);
+        grown += by;
+        if (by > -kMostAtOnce) break;
     }
     return volume;
 }

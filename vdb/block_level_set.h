@@ -49,6 +49,9 @@ class BlockLevelSet {
     const BlockNumbers& numbers() const { return numbers_; }
 
   private:
+    /// Calls f(halo) for each block.
+    template <class F>
+    void forEachHalo(F f) const;
     float* grow(const Coord& origin, const BlockMask& near);
     float band_;
     BlockNumbers numbers_;

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "pavel/vdb/grid.h"
+#include "pavel/vdb/scratch.h"
 
 namespace pavel {
 
@@ -23,6 +24,23 @@ struct InsideMeasure {
 };
 
 InsideMeasure measureBlock(const HaloBlock& values);
+
+/// What measuring asks for of the voxels near a surface, to be measured again after small moves of it.
+class SurfaceVoxels {
+  public:
+    /// @param most how far it may move either way, in voxels
+    explicit SurfaceVoxels(float most) : most_(most) {}
+    void add(const HaloBlock& values);
+    void addInside(uint64_t voxels) { inside_ += voxels; }
+    /// Volume in voxels once the surface moved outwards everywhere by so much.
+    double volume(double grown) const;
+
+  private:
+    float most_;
+    uint64_t inside_ = 0;  ///< voxel centres
+    Scratch values_;
+    std::array<Scratch, 3> slopes_;
+};
 
 /// Fills the halo of a block. at(side) gives the 512 values of the face neighbour, -x +x -y +y -z +z, or null where
 /// tile(side) stands for all of them.

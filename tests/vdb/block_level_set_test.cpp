@@ -45,7 +45,7 @@ TEST(BlockLevelSet, SettlesToItsVolume) {
     const double more = volume + 0.03 * area, less = volume - 0.2 * area;
     EXPECT_NEAR(larger.settleVolume(more, true) / more, 1, 2e-5);
     EXPECT_NEAR(measureInside(*larger.compact().tree()).volume / more, 1, 2e-5);
-    EXPECT_EQ(kept.settleVolume(more, false), volume);
+    EXPECT_NEAR(kept.settleVolume(more, false), volume, 1e-9 * volume);
     EXPECT_NEAR(smaller.settleVolume(less, false) / less, 1, 2e-5);
 }
 
