@@ -1,5 +1,7 @@
 #include "pavel/core/mesh.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -41,21 +43,24 @@ Vec3 triangleNormal(const TriangleMesh& mesh, size_t t) {
 }
 
 std::array<Vec3, 3> cornerNormals(const TriangleMesh& mesh, size_t t) {
-    const Vec3 n = triangleNormal(mesh, t);
+    const std::array<Vec3, 3> p{mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)};
+    const Vec3 across = cross(p[1] - p[0], p[2] - p[0]), n = normalized(across, Vec3(0, 0, 0));
+    const double twice = length(across);  // the area, and what each corner's sides cross to
     std::array<Vec3, 3> weighted;
-    for (int k = 0; k < 3; ++k) {
-        const Vec3 p = mesh.corner(t, k);
-        const Vec3 u = normalized(mesh.corner(t, (k + 1) % 3) - p), v = normalized(mesh.corner(t, (k + 2) % 3) - p);
-        weighted[size_t(k)] = std::acos(std::clamp(dot(u, v), -1.0, 1.0)) * n;
-    }
+    for (size_t k = 0; k < 3; ++k)
+        weighted[k] = std::atan2(twice, dot(p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k])) * n;
     return weighted;
 }
 
 std::vector<Vec3> vertexNormals(const TriangleMesh& mesh) {
+    constexpr size_t kChunk = 1 << 15;
     std::vector<Vec3> normals(mesh.points.size(), Vec3(0, 0, 0));
-    for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-        const std::array<Vec3, 3> weighted = cornerNormals(mesh, t);
-        for (size_t k = 0; k < 3; ++k) normals[size_t(mesh.triangles[t][k])] += weighted[k];
+    std::vector<std::array<Vec3, 3>> weighted(std::min(kChunk, mesh.triangles.size()));
+    for (size_t first = 0; first < mesh.triangles.size(); first += kChunk) {
+        const size_t count = std::min(kChunk, mesh.triangles.size() - first);
+        tbb::parallel_for(size_t(0), count, [&](size_t i) { weighted[i] = cornerNormals(mesh, first + i); });
+        for (size_t i = 0; i < count; ++i)
+            for (size_t k = 0; k < 3; ++k) normals[size_t(mesh.triangles[first + i][k])] += weighted[i][k];
     }
     for (Vec3& n : normals) n = normalized(n);
     return normals;

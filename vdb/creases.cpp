@@ -68,13 +68,17 @@ bool filletShares(const SeamMap& seams, const Coord& origin, float* share) {
 
 }  // namespace
 
-float blendedMin(float a, float b) {
+PAVEL_WIDE void blendMin(const float* a, const float* b, float* out) {
     constexpr float kBlend = kResultBand, kDeeper = 0.25f;  // as a mere parabola it would be three quarters deep
     constexpr float kFade = 1.5f;
-    const float farther = std::max(a, b), apart = std::abs(a - b), h = std::max(0.f, kBlend - apart),
-                u = std::max(0.f, 1 - apart * apart / (kBlend * kBlend)),
-                share = std::clamp((kBlend - farther) / kFade, 0.f, 1.f);
-    return std::min(a, b) - share * (h * h / (4 * kBlend) + kDeeper * u * u);
+    PAVEL_ROLLED
+    for (int v = 0; v < 512; ++v) {
+        const float one = a[v], two = b[v], least = two < one ? two : one, farther = two < one ? one : two,
+                    apart = farther - least, over = kBlend - apart, h = over > 0 ? over : 0,
+                    round = 1 - apart * apart / (kBlend * kBlend), u = round > 0 ? round : 0,
+                    fades = (kBlend - farther) / kFade, some = fades > 0 ? fades : 0, share = some < 1 ? some : 1;
+        out[v] = least - share * (h * h / (4 * kBlend) + kDeeper * u * u);
+    }
 }
 
 bool Seams::flush() const {
@@ -156,19 +160,20 @@ void ElementUnion::fillCreases(openvdb::FloatTree& tree) const {
     });
     tbb::parallel_for(size_t(0), leaves.size(), [&](size_t k) {
         const Coord& origin = leaves[k]->origin();
-        float least[512], second[512], closed[512], share[512];
+        float least[512], second[512], blended[512], closed[512], share[512];
         read(origin, least, second);  // once more: to keep all second distances would double the memory
         float* values = leaves[k]->buffer().data();
         const bool mixed = isFlush(origin) && filletShares(known, origin, share);
-        if (mixed) readBlock(*offset, origin, closed);
-        for (int v = 0; v < 512; ++v) {
-            float value = blendedMin(least[v], second[v]);
-            if (mixed && second[v] < kResultBand) {
+        blendMin(least, second, blended);
+        if (mixed) {
+            readBlock(*offset, origin, closed);
+            for (int v = 0; v < 512; ++v) {
+                if (!(second[v] < kResultBand)) continue;
                 const float flat = std::min(least[v], closed[v] + kBall + kRough);
-                value = flat + share[v] * (value - flat);
+                blended[v] = flat + share[v] * (blended[v] - flat);
             }
-            values[v] = std::clamp(value, -kBand, kBand);
         }
+        for (int v = 0; v < 512; ++v) values[v] = std::clamp(blended[v], -kBand, kBand);
     });
 }
 

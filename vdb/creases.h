@@ -6,10 +6,10 @@
 
 namespace pavel {
 
-/// Minimum of two distances with a fillet in the crease between them, a voxel deep: slits thinner than a voxel, which
+/// Minima of two distances with a fillet in the crease between them, a voxel deep: slits thinner than a voxel, which
 /// no grid or printer can show, are filled instead of leaving a row of beads, and both sides of a contact face are well
-/// inside. Fades out where the farther surface's narrow band ends.
-float blendedMin(float a, float b);
+/// inside. Fades out where the farther surface's narrow band ends. For a block's 512; `out` is neither of the two.
+void blendMin(const float* a, const float* b, float* out);
 
 /// How surfaces meet along the seams of a block, by its cells of 4^3 voxels: sums over voxels above the seams of the
 /// cosine between both surfaces' normals, and their number.

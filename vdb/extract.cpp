@@ -5,9 +5,10 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
+#include <array>
+#include <cstring>
 #include <map>
 #include <numeric>
-#include <tuple>
 
 #include "pavel/core/error.h"
 #include "pavel/vdb/level_set_mesh.h"
@@ -38,19 +39,33 @@ int nearestId(const IdReader& ids, const Coord& c) {
 /// Vertices that fall on one point would be joined by programs that weld, into edges of four triangles: each goes a
 /// thousandth of the way to its neighbours.
 void separateTwins(TriangleMesh& mesh) {
-    std::vector<int> order(mesh.points.size());
-    std::iota(order.begin(), order.end(), 0);
-    const auto at = [&](int v) {
-        return std::make_tuple(float(mesh.points[size_t(v)][0]), float(mesh.points[size_t(v)][1]),
-                               float(mesh.points[size_t(v)][2]), v);
+    // Those with equal keys come to stand together; keys are at hand where places would have to be fetched.
+    struct Vertex {
+        uint64_t key;
+        int number;
+        bool operator<(const Vertex& o) const { return key != o.key ? key < o.key : number < o.number; }
     };
-    tbb::parallel_sort(order.begin(), order.end(), [&](int a, int b) { return at(a) < at(b); });
+    using Place = std::array<float, 3>;
+    const auto at = [&](const Vertex& v) {
+        const Vec3& p = mesh.points[size_t(v.number)];
+        return Place{float(p[0]), float(p[1]), float(p[2])};
+    };
+    std::vector<Vertex> order(mesh.points.size());
+    tbb::parallel_for(size_t(0), order.size(), [&](size_t i) {
+        order[i].number = int(i);
+        order[i].key = 0;
+        for (const float x : at(order[i])) {
+            uint32_t bits;
+            std::memcpy(&bits, &x, sizeof bits);
+            order[i].key = (order[i].key ^ bits) * 0x9E3779B97F4A7C15ull;
+        }
+    });
+    tbb::parallel_sort(order.begin(), order.end());
     std::map<int, std::pair<Vec3, double>> twins;  // sum and number of neighbours
-    for (size_t i = 1; i < order.size(); ++i) {
-        const Vec3 a = mesh.points[size_t(order[i - 1])], b = mesh.points[size_t(order[i])];
-        if (float(a[0]) == float(b[0]) && float(a[1]) == float(b[1]) && float(a[2]) == float(b[2]))
-            for (int v : {order[i - 1], order[i]}) twins.emplace(v, std::make_pair(Vec3(0, 0, 0), 0.0));
-    }
+    for (size_t i = 0; i < order.size(); ++i)
+        for (size_t j = i + 1; j < order.size() && order[j].key == order[i].key; ++j)
+            if (at(order[i]) == at(order[j]))
+                for (size_t k : {i, j}) twins.emplace(order[k].number, std::make_pair(Vec3(0, 0, 0), 0.0));
     if (twins.empty()) return;
     for (const Triangle& t : mesh.triangles)
         for (size_t k = 0; k < 3; ++k)

@@ -41,7 +41,7 @@ std::vector<Coord> combinedOrigins(const openvdb::FloatTree& all, const openvdb:
 /// All voxels go active, so that a later flood fill takes every sign as it stands.
 void setLeaf(openvdb::FloatTree& tree, const Coord& origin, const float* values) {
     auto* leaf = tree.touchLeaf(origin);
-    for (openvdb::Index v = 0; v < 512; ++v) leaf->setValueOnly(v, values[v]);
+    std::copy(values, values + 512, leaf->buffer().data());
     leaf->setValuesOn();
 }
 
@@ -95,8 +95,13 @@ bool solidBlock(const openvdb::FloatTree& all, const openvdb::FloatTree& base, b
         tile = std::min(values[0], above[0]);
         return false;
     }
-    for (int v = 0; v < 512; ++v)
-        values[v] = touching ? blendedMin(above[v], values[v]) : std::min(above[v], values[v]);
+    if (touching) {
+        float below[512];
+        std::copy(values, values + 512, below);
+        blendMin(above, below, values);
+    } else {
+        std::transform(above, above + 512, values, values, [](float x, float y) { return std::min(x, y); });
+    }
     return true;
 }
 
