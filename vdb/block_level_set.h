@@ -40,8 +40,9 @@ class BlockLevelSet {
     /// To be called after changes: blocks of one side with no value within the band come to lie there.
     void tidy();
 
-    /// Moves the surface by hundredths of a voxel until its volume is the target, or no more than it where `growing` is
-    /// false: what re-distancing changed. Returns the volume.
+    /// Moves the surface until its volume is the target, or no more than it where `growing` is false: what
+    /// re-distancing changed, hundredths of a voxel. Outwards by .05 voxels at most, inwards by .75. Returns the
+    /// volume.
     double settleVolume(double target, bool growing);
     InsideMeasure measure() const;
     CompactLevelSet compact() const;

@@ -48,7 +48,7 @@ void separateTwins(TriangleMesh& mesh) {
     using Place = std::array<float, 3>;
     const auto at = [&](const Vertex& v) {
         const Vec3& p = mesh.points[size_t(v.number)];
-        return Place{float(p[0]), float(p[1]), float(p[2])};
+        return Place{float(p[0]) + 0.f, float(p[1]) + 0.f, float(p[2]) + 0.f};  // no negative zeros
     };
     std::vector<Vertex> order(mesh.points.size());
     tbb::parallel_for(size_t(0), order.size(), [&](size_t i) {

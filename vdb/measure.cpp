@@ -9,7 +9,7 @@ namespace pavel {
 
 namespace {
 
-/// Without branches, so that it works on eight voxels at a time; not a number where all slopes are zero.
+/// Without branches, so that it works on eight voxels at a time. Where all slopes are zero, all of the cube or nothing.
 inline double shareUnderPlane(double value, double x, double y, double z) {
     const auto least = [](double a, double b) { return a < b ? a : b; };
     const auto most = [](double a, double b) { return a > b ? a : b; };
@@ -62,7 +62,7 @@ PAVEL_WIDE void findCut(const HaloBlock& f, float margin, CutVoxels& out) {
             const float v = at[z], gx = std::abs(at[z + 100] - at[z - 100]), gy = std::abs(at[z + 10] - at[z - 10]),
                         gz = std::abs(at[z + 1] - at[z - 1]), all = gx + gy + gz, size = std::abs(v) - margin;
             // Half the sum of the slopes is how far the values reach at a voxel's corners: beyond it, the plane misses.
-            isCut[z] = int(size < 1.8f) & int(size < 0.25f * all) & int(all > 0);
+            isCut[z] = int(size < 1.8f) & int(size < 0.25f * all);
             inside[z] += v < 0;
         }
         std::memcpy(cut + 8 * row, isCut, sizeof isCut);

@@ -45,8 +45,11 @@ double openAngle(const TriangleMesh& mesh, const Vec3& corner, const Vec3& norma
         if (a.x * b.y < a.y * b.x) return kPi / 2;  // more than half a turn
         widest = std::min(widest, a.x * b.x + a.y * b.y);
     }
+    // The widest of k gaps is no less than the k-th part of a turn: else all ways are one, to rounding.
+    if (widest > std::cos(2 * kPi / double(turns.size())) + 1e-9) return kPi / 2;
     // Whichever way it leans, there is an edge within half the widest gap.
-    return std::atan(highest / (shortest * std::sqrt(std::max(0.0, (1 + widest) / 2))));
+    const double nearest = shortest * std::sqrt(std::max(0.0, (1 + widest) / 2));
+    return nearest > 0 ? std::atan(highest / nearest) : kPi / 2;
 }
 
 std::vector<double> openAngles(const TriangleMesh& mesh, const std::vector<Vec3>& normals) {

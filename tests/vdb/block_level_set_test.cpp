@@ -49,6 +49,20 @@ TEST(BlockLevelSet, SettlesToItsVolume) {
     EXPECT_NEAR(smaller.settleVolume(less, false) / less, 1, 2e-5);
 }
 
+TEST(BlockLevelSet, ShrinksInRoundsAndTellsHowFarItCame) {
+    const double volume = ball(21).measure().volume, area = 4 * kPi * 21 * 21;
+    for (const double by : {0.02, 0.5, 0.7}) {
+        BlockLevelSet blocks = ball(21);
+        const double target = volume - by * area, settled = blocks.settleVolume(target, false);
+        EXPECT_NEAR(settled / target, 1, 2e-5) << by;
+        EXPECT_NEAR(blocks.measure().volume / settled, 1, 1e-6) << by;
+    }
+    BlockLevelSet blocks = ball(21);
+    const double left = blocks.settleVolume(volume - 3 * area, false);
+    EXPECT_NEAR(blocks.measure().volume / left, 1, 1e-6);
+    EXPECT_NEAR(std::cbrt(left / volume) * 21, 21 - 0.75, 0.01);
+}
+
 TEST(BlockLevelSet, DoesNotGrowByMoreThanAFewHundredths) {
     BlockLevelSet blocks = ball(21);
     const double volume = blocks.measure().volume, area = 4 * kPi * 21 * 21;
