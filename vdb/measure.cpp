@@ -85,8 +85,8 @@ PAVEL_WIDE void findCut(const HaloBlock& f, float margin, CutVoxels& out) {
     for (int z = 0; z < 8; ++z) out.inside += inside[z];
 }
 
-/// How much more than the number of their centres inside is what lies inside of voxels, once it grew by `grown`. Reads
-/// whole lanes.
+/// Of voxels: the volume inside once the surface grew by `grown`, less the number of centres that were inside before.
+/// Reads whole lanes.
 PAVEL_WIDE double moreThanCentres(const Planes& of, int count, float grown) {
     double shares[kLanes] = {};
     for (int k = 0; k < count; k += kLanes) {

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <atomic>
 #include <boost/container/small_vector.hpp>
-#include <cmath>
 #include <numeric>
 
 #include "pavel/core/mesh_check.h"
@@ -52,6 +51,7 @@ double openAngle(const TriangleMesh& mesh, const Vec3& corner, const Vec3& norma
     return nearest > 0 ? std::atan(highest / nearest) : kPi / 2;
 }
 
+/// openAngle at every vertex.
 std::vector<double> openAngles(const TriangleMesh& mesh, const std::vector<Vec3>& normals) {
     // Each edge at a corner begins one triangle's side there.
     std::vector<size_t> first(mesh.points.size() + 1, 0);

@@ -1,6 +1,8 @@
 #pragma once
 // A mesh's triangles with what signed distances to them ask for.
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "pavel/core/mesh.h"
 
@@ -16,7 +18,7 @@ struct Facet {
     /// facet by no more than this share of its length: small where the mesh bends little, 1 at sharp corners.
     double aside = 1;
 
-    /// May a point within `band` of a box, that the facet is nearest to, lie in it?
+    /// May a box hold points within `band` of the facet that it is nearest to?
     bool mayMeet(const Vec3& centre, const Vec3& half, double band) const {
         const auto over = [&](const Vec3& n) {
             return std::abs(n[0]) * half[0] + std::abs(n[1]) * half[1] + std::abs(n[2]) * half[2];
@@ -26,7 +28,7 @@ struct Facet {
                dot(centre - a, in[0]) >= -beside - over(in[0]) && dot(centre - b, in[1]) >= -beside - over(in[1]) &&
                dot(centre - c, in[2]) >= -beside - over(in[2]);
     }
-    /// How far points within `band` that it is nearest to may lie from it along an axis.
+    /// How far along an axis such points may lie beyond its corners.
     double reach(int axis, double band) const { return band * std::min(1.0, std::abs(normal[axis]) + aside); }
 };
 
